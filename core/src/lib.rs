@@ -1,0 +1,17 @@
+//! Friction models, friction observers and the control tick of a servo axis.
+//!
+//! The same source runs in the interrupt of the microcontroller and on the host: no `std`, no allocation, no unsafe
+//! code, and elementary functions from one library so that a result is the same bit for bit on both.
+//!
+//! Names carry SI units of a rotary axis. A linear axis uses the same types: read m for rad, N for N m and kg for
+//! kg m^2.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod error;
+pub mod friction;
+pub mod real;
+pub mod stribeck;
+
+pub use error::ParameterError;
+pub use real::Real;

@@ -1,0 +1,1 @@
+//! Logs and axis files.
