@@ -3,6 +3,7 @@
 //! Sign: friction torque is counted positive against positive velocity, so that J dv/dt = u - F.
 
 pub mod elasto_plastic;
+pub mod elasto_plastic_fixed;
 mod presliding;
 
 pub use elasto_plastic::ElastoPlastic;
