@@ -78,7 +78,7 @@ impl Browser {
 
     fn picture(&self, name: &str, width: u32, args: &[&str]) {
         let shot = format!("--screenshot={}", self.dir.join(name).display());
-        let size = format!("--window-size={width},2100");
+        let size = format!("--window-size={width},2300");
         let all: Vec<&str> = args.iter().copied().chain([&*shot, &*size]).collect();
         self.run("report.html", &all);
     }

@@ -305,7 +305,7 @@ mod tests {
         let page = Report::new("t")
             .plot(Plot::over("time", "s", &t).line("a", &y))
             .to_html();
-        assert!(page.contains("drawn decimated"));
+        assert!(page.contains("Drawn decimated, "));
         let data = plot_data(&page);
         let xs = data[0]["data"][0].as_array().unwrap();
         let ys = data[0]["data"][1].as_array().unwrap();

@@ -329,12 +329,12 @@ fn push_line(index: usize, name: &str, points: bool, out: &mut String) {
 }
 
 fn decimated_note(name: &str, from: usize, to: usize) -> String {
-    let who = if name.is_empty() {
-        String::new()
+    let start = if name.is_empty() {
+        "Drawn".to_owned()
     } else {
-        format!("{name}: ")
+        format!("{name}: drawn")
     };
-    format!("{who}drawn decimated, {to} of {from} samples; the extremes of every stretch are kept.")
+    format!("{start} decimated, {to} of {from} samples; the extremes of every stretch are kept.")
 }
 
 /// A caller's mistake, said under the plot: a report that is there beats a panic.

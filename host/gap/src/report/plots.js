@@ -4,6 +4,11 @@
 
   const root = document.documentElement;
   const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3], [14, 5], [5, 2]];
+  // Marks, of radius 1, for x-y plots: dashes of a loop driven many times fill each other's gaps.
+  const MARKS = [
+    "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0", "M-1 -1h2v2h-2z", "M0 -1.2l1.2 2.2h-2.4z",
+    "M0 -1.4l1.4 1.4l-1.4 1.4l-1.4 -1.4z", "M-1 -1l2 2M-1 1l2 -2", "M-1.3 0h2.6M0 -1.3v2.6",
+  ];
   const COLOURS = 6;
   // Wide enough for "-250e-6"; the same in all plots so that their time axes line up.
   const Y_AXIS = 64;
@@ -29,16 +34,17 @@
   // The dash turns on when the colours come round again, so that all pairs differ.
   const dashOf = i => DASHES[(i + Math.floor(i / COLOURS)) % DASHES.length];
 
+  const markOf = i => MARKS[(i + Math.floor(i / COLOURS)) % MARKS.length];
+
   const short = v => v == null ? "–" : String(Number(v.toPrecision(6)));
 
   // Tick texts: all of an axis share the decimals and, if very small or large, one power of ten.
   function tickTexts(u, ticks, axis, space, step) {
     const top = Math.max(...ticks.map(Math.abs));
     if (!(top > 0)) return ticks.map(String);
-    // The values between two ticks decide; noise in the last bits of a tick does not.
     let power = 0;
     if (top < 0.01 || top >= 1e5) power = 3 * Math.floor(Math.log10(top * 1.0000001) / 3);
-    const unit = Math.pow(10, power);
+    const unit = Number("1e" + power);
     let decimals = 0;
     while (decimals < 9 && Math.abs(step / unit - Number((step / unit).toFixed(decimals))) > step / unit * 1e-6) decimals++;
     return ticks.map(v => Math.abs(v) < step * 1e-6 ? "0" : (v / unit).toFixed(decimals) + (power ? "e" + power : ""));
@@ -51,6 +57,7 @@
       stroke: () => colour("--soft"),
       grid: { stroke: () => colour("--grid"), width: 1 },
       ticks: { stroke: () => colour("--line"), width: 1, size: 5 },
+      border: { show: true, stroke: () => colour("--line"), width: 1 },
       values: tickTexts,
     }, more);
   }
@@ -76,37 +83,31 @@
     return min > max ? [null, null] : [min, max];
   }
 
-  // Joins the points in their order; uPlot's own paths need an ascending x.
-  function joinPath(u, i) {
-    const [xs, ys] = u.data[i];
-    const path = new Path2D();
-    let pen = false, dots = null;
-    const { left, top, width, height } = u.bbox;
-    const sx = u.scales.x, sy = u.scales.y;
-    const kx = width / (sx.max - sx.min), ky = height / (sy.max - sy.min);
-    for (let j = 0; j < xs.length; j++) {
-      if (xs[j] === null || ys[j] === null) { pen = false; continue; }
-      const px = left + (xs[j] - sx.min) * kx;
-      const py = top + (sy.max - ys[j]) * ky;
-      if (pen) path.lineTo(px, py);
-      else path.moveTo(px, py);
-      pen = true;
-    }
-    return { stroke: path, fill: null, clip: null, band: null, gaps: null, flags: 1 };
-  }
-
-  // Every second series of points gets squares: dashes cannot tell points apart.
-  function dotPath(u, i) {
-    const [xs, ys] = u.data[i];
-    const path = new Path2D();
-    const r = 3 * uPlot.pxRatio;
-    for (let j = 0; j < xs.length; j++) {
-      if (xs[j] === null || ys[j] === null) continue;
-      const px = u.valToPos(xs[j], "x", true), py = u.valToPos(ys[j], "y", true);
-      if (i % 2) { path.moveTo(px + r, py); path.arc(px, py, r, 0, 7); }
-      else path.rect(px - r, py - r, 2 * r, 2 * r);
-    }
-    return { stroke: path, fill: null, clip: null, band: null, gaps: null, flags: 1 };
+  // Joins the points in their order (uPlot's own paths need an ascending x) and marks some of
+  // them; points that are not to be joined are all marked.
+  function curvePath(join) {
+    return (u, i) => {
+      const [xs, ys] = u.data[i];
+      const { left, top, width, height } = u.bbox;
+      const sx = u.scales.x, sy = u.scales.y;
+      const kx = width / (sx.max - sx.min), ky = height / (sy.max - sy.min);
+      const path = new Path2D(), mark = new Path2D(markOf(i - 1));
+      const size = 3.5 * uPlot.pxRatio;
+      // Curves that run together get their marks at different places.
+      const every = join ? Math.ceil(xs.length / 12) : 1, first = Math.floor(every * ((i * 0.37) % 1));
+      const marks = new Path2D();
+      let pen = false;
+      for (let j = 0; j < xs.length; j++) {
+        if (xs[j] === null || ys[j] === null) { pen = false; continue; }
+        const px = left + (xs[j] - sx.min) * kx, py = top + (sy.max - ys[j]) * ky;
+        if (j % every === first) marks.addPath(mark, new DOMMatrix([size, 0, 0, size, px, py]));
+        if (join && pen) path.lineTo(px, py);
+        else if (join) path.moveTo(px, py);
+        pen = true;
+      }
+      path.addPath(marks);
+      return { stroke: path, fill: null, clip: null, band: null, gaps: null, flags: 1 };
+    };
   }
 
   // The point of a curve nearest to the pointer, in pixels; null if it is far away.
@@ -175,7 +176,7 @@
       label: line.name,
       stroke: () => colour(lineColour(i)),
       width: 1.5,
-      dash: line.points ? [] : dashOf(i),
+      dash: xy ? [] : dashOf(i),
       points: { show: false },
       value: (u, v, s, j) => {
         if (!xy) return short(v);
@@ -184,7 +185,7 @@
     }));
     if (xy) series.forEach((s, i) => {
       s.facets = [{ scale: "x", auto: true, sorted: 0 }, { scale: "y", auto: true, sorted: 0 }];
-      s.paths = spec.lines[i].points ? dotPath : joinPath;
+      s.paths = curvePath(!spec.lines[i].points);
     });
     const cursor = {
       drag: xy ? { x: true, y: true, uni: 20, setScale: false } : { x: true, y: false, setScale: false },
@@ -204,7 +205,7 @@
         x: xy ? { time: false, range: (u, min, max) => padded(min, max, 0.04) } : { time: false, auto: false, min: p.group.full[0], max: p.group.full[1] },
         y: { range: y },
       },
-      axes: [axis(spec.x, 50, { space: 70 }), axis(spec.y, Y_AXIS, { space: 34 })],
+      axes: [axis(spec.x, 30, { space: 70 }), axis(spec.y, Y_AXIS, { space: 34 })],
       series: [xy ? {} : { label: spec.xName, value: (u, v) => short(v) }].concat(series),
       hooks: { setSelect: [() => onSelect(p)] },
     };
@@ -220,8 +221,10 @@
       const marker = row.querySelector(".u-marker");
       marker.removeAttribute("style");
       const style = 'style="stroke:var(' + lineColour(i) + ')" stroke-width="2" fill="none"';
-      let mark = '<line x1="0" y1="5" x2="28" y2="5" ' + style + ' stroke-dasharray="' + dashOf(i).join(" ") + '"/>';
-      if (line.points) mark = i % 2 ? '<rect x="11" y="2" width="6" height="6" ' + style + "/>" : '<circle cx="14" cy="5" r="3.5" ' + style + "/>";
+      const xy = spec.kind === "xy";
+      let mark = "";
+      if (!line.points) mark += '<line x1="0" y1="5" x2="28" y2="5" ' + style + ' stroke-dasharray="' + (xy ? "" : dashOf(i).join(" ")) + '"/>';
+      if (xy) mark += '<path transform="translate(14 5) scale(3.5)" vector-effect="non-scaling-stroke" d="' + markOf(i) + '" ' + style + "/>";
       marker.innerHTML = '<svg width="28" height="10" aria-hidden="true">' + mark + "</svg>";
       const name = row.querySelector("th");
       name.tabIndex = 0;
@@ -233,7 +236,7 @@
         name.click();
       });
     });
-    // Without lines to choose from, and in x-y plots, uPlot leaves an empty marker for x.
+    // uPlot leaves an empty marker for x.
     if (first) rows[0].querySelector(".u-marker").remove();
   }
 
@@ -259,7 +262,9 @@
     const width = "print" in root.dataset ? Math.min(PRINT_WIDTH, p.body.clientWidth || PRINT_WIDTH) : p.body.clientWidth;
     if (width < 50) return;
     const tall = p.group ? 0.45 : 0.8;
-    const height = Math.round(Math.max(220, Math.min(p.group ? 280 : 440, width * tall)));
+    // Lower on paper: two time plots and the summary fit the first page.
+    const most = "print" in root.dataset ? (p.group ? 230 : 340) : (p.group ? 280 : 440);
+    const height = Math.round(Math.max(220, Math.min(most, width * tall)));
     if (p.u.width !== width || p.u.height !== height) p.u.setSize({ width: width, height: height });
   }
 
