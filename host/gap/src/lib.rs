@@ -1,1 +1,3 @@
 //! Logs and axis files.
+
+pub mod report;
