@@ -1,1 +1,15 @@
-//! Simulated servo axis.
+//! The simulated servo axis: drive, mechanics, friction, encoder and what a model leaves out.
+//!
+//! Everything is f64 and deterministic: the same configuration, seed and input give the same result bit for bit.
+
+pub mod axis;
+pub mod contact;
+pub mod drive;
+pub mod effect;
+pub mod encoder;
+pub mod mechanics;
+pub mod rig;
+
+pub use axis::{Axis, Truth};
+pub use contact::Contact;
+pub use rig::Rig;

@@ -1,0 +1,184 @@
+//! The virtual axis: one sample of torque reference in, one encoder reading out, and the truth beside it.
+//!
+//! A sample is cut into steps. In each, positions drift at the velocities, then torques change the velocities; with the
+//! friction models' implicit step that is symplectic in stick and bounded in slip. It is of first order: halving the
+//! step halves what is left, see the test `halving_the_step`.
+
+use crate::contact::Contact;
+use crate::drive::{Drive, DriveConfig};
+use crate::effect::{Effect, Instant};
+use crate::encoder::{EncoderConfig, Reading};
+use crate::mechanics::{Mechanics, Motion};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Everything an axis is, but for its friction and effects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisConfig {
+    /// Inertia.
+    pub mechanics: Mechanics,
+    /// Drive.
+    pub drive: DriveConfig,
+    /// Encoder.
+    pub encoder: EncoderConfig,
+    /// Torque noise on the rotor, N m rms per sample.
+    pub torque_noise_nm: f64,
+    /// Length of a sample, s.
+    pub sample_time_s: f64,
+    /// Steps in a sample.
+    pub steps: u32,
+    /// Seed of all noise.
+    pub seed: u64,
+}
+
+/// An axis in operation.
+pub struct Axis {
+    config: AxisConfig,
+    drive: Drive,
+    keeps: f64,
+    contact: Box<dyn Contact>,
+    effects: Vec<Box<dyn Effect>>,
+    motion: Motion,
+    reading: Reading,
+    random: ChaCha8Rng,
+    samples: u64,
+    friction_nm: f64,
+    mean_torque_nm: f64,
+}
+
+/// What only a simulation knows, at the end of a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// s
+    pub time_s: f64,
+    /// Positions and velocities.
+    pub motion: Motion,
+    /// Bristle deflection, rad.
+    pub z_rad: f64,
+    /// Friction torque, N m.
+    pub friction_nm: f64,
+    /// Mean torque on the rotor during the sample, without noise, N m.
+    pub torque_nm: f64,
+}
+
+/// Steps a sample so that the fastest rate of the axis moves by at most 2 % of itself in a step.
+pub fn steps_for(sample_time_s: f64, fastest_rate_1_s: f64) -> u32 {
+    (sample_time_s * fastest_rate_1_s / 0.02)
+        .ceil()
+        .clamp(4.0, 1000.0) as u32
+}
+
+impl Axis {
+    /// An axis at rest at position zero.
+    pub fn new(
+        config: AxisConfig,
+        contact: Box<dyn Contact>,
+        effects: Vec<Box<dyn Effect>>,
+    ) -> Self {
+        let drive = Drive::new(config.drive);
+        Self {
+            config,
+            keeps: drive.keeps(config.sample_time_s / f64::from(config.steps)),
+            drive,
+            contact,
+            effects,
+            motion: Motion::default(),
+            reading: Reading::default(),
+            random: ChaCha8Rng::seed_from_u64(config.seed),
+            samples: 0,
+            friction_nm: 0.0,
+            mean_torque_nm: 0.0,
+        }
+    }
+
+    /// What it is.
+    pub fn config(&self) -> &AxisConfig {
+        &self.config
+    }
+
+    /// The last encoder reading.
+    pub fn reading(&self) -> Reading {
+        self.reading
+    }
+
+    /// What only a simulation knows.
+    pub fn truth(&self) -> Truth {
+        Truth {
+            time_s: self.samples as f64 * self.config.sample_time_s,
+            motion: self.motion,
+            z_rad: self.contact.deflection_rad(),
+            friction_nm: self.friction_nm,
+            torque_nm: self.mean_torque_nm,
+        }
+    }
+
+    /// Runs one sample with a new torque reference and reads the encoder at its end.
+    pub fn advance(&mut self, torque_ref_nm: f64) -> Reading {
+        let step_s = self.config.sample_time_s / f64::from(self.config.steps);
+        let noise_nm = self.config.torque_noise_nm * self.normal(self.config.torque_noise_nm);
+        let holds = self.contact.holds_at_rest();
+        let start_s = self.samples as f64 * self.config.sample_time_s;
+        self.drive.accept(torque_ref_nm);
+        let mut sum = 0.0;
+        for step in 0..self.config.steps {
+            let mut now = Instant {
+                time_s: start_s + f64::from(step) * step_s,
+                step_s,
+                motion: self.motion,
+                torque_nm: self.drive.advance(step_s, self.keeps),
+            };
+            for effect in &mut self.effects {
+                now.torque_nm = effect.actuator(&now);
+            }
+            sum += now.torque_nm;
+            let mut torque = now.torque_nm + noise_nm;
+            for effect in &mut self.effects {
+                torque += effect.mechanics(&now);
+            }
+            self.config.mechanics.drift(&mut self.motion, step_s);
+            let motion = bristle_core::friction::Motion {
+                velocity_rad_s: self.motion.load_velocity_rad_s,
+                applied_nm: self
+                    .config
+                    .mechanics
+                    .torque_at_friction_nm(&self.motion, torque),
+                dt_s: step_s,
+            };
+            let mut friction = self.contact.step(motion);
+            for effect in &mut self.effects {
+                friction = effect.friction(&now, friction);
+            }
+            self.config
+                .mechanics
+                .kick(&mut self.motion, torque, friction, holds, step_s);
+            self.friction_nm = friction;
+        }
+        self.mean_torque_nm = sum / f64::from(self.config.steps);
+        self.samples += 1;
+        let mut now = Instant {
+            time_s: self.samples as f64 * self.config.sample_time_s,
+            step_s: self.config.sample_time_s,
+            motion: self.motion,
+            torque_nm: self.mean_torque_nm,
+        };
+        for effect in &mut self.effects {
+            now.motion.position_rad = effect.sensor(&now);
+        }
+        let noise = self.config.encoder.noise_rad * self.normal(self.config.encoder.noise_rad);
+        self.reading = self
+            .config
+            .encoder
+            .read(now.motion.position_rad + noise, self.reading.counts);
+        self.reading
+    }
+
+    /// A standard normal number, or zero without drawing one where the noise it is for is zero.
+    fn normal(&mut self, rms: f64) -> f64 {
+        if rms > 0.0 {
+            StandardNormal.sample(&mut self.random)
+        } else {
+            0.0
+        }
+    }
+}

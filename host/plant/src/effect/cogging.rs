@@ -1,0 +1,77 @@
+//! Cogging: A sin(n q + p), a torque of the rotor's angle alone, there with and without current.
+
+use super::{Effect, Entry, Instant, Parameter};
+
+struct Cogging {
+    amplitude_nm: f64,
+    wave_rad: f64,
+    phase_rad: f64,
+}
+
+impl Effect for Cogging {
+    fn actuator(&mut self, now: &Instant) -> f64 {
+        let angle = self.wave_rad * now.motion.position_rad + self.phase_rad;
+        now.torque_nm + self.amplitude_nm * angle.sin()
+    }
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    id: "actuator.cogging",
+    parameters: &[
+        Parameter {
+            name: "amplitude_nm",
+            linear_name: "amplitude_n",
+            default: 0.0,
+        },
+        Parameter {
+            name: "order_per_rev",
+            linear_name: "order_per_m",
+            default: 1.0,
+        },
+        Parameter {
+            name: "phase_rad",
+            linear_name: "phase_rad",
+            default: 0.0,
+        },
+    ],
+    build: |values, unit| {
+        Box::new(Cogging {
+            amplitude_nm: values[0],
+            wave_rad: unit.wave_rad(values[1]),
+            phase_rad: values[2],
+        })
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::Unit;
+
+    #[test]
+    fn repeats_with_its_order_whatever_the_torque() {
+        let mut effect = (ENTRY.build)(&[0.02, 24.0, 0.3], Unit::Rotary);
+        let mut added = |position_rad, torque_nm| {
+            let mut now = Instant {
+                torque_nm,
+                ..Instant::default()
+            };
+            now.motion.position_rad = position_rad;
+            effect.actuator(&now) - torque_nm
+        };
+        let pitch = std::f64::consts::TAU / 24.0;
+        let here = added(0.1, 0.0);
+        // Rounding of a sine of some rad.
+        assert!((added(0.1 + pitch, 0.0) - here).abs() < 1e-16);
+        assert!((added(0.1, 5.0) - here).abs() < 1e-15);
+        assert!((added(0.1 + 0.5 * pitch, 0.0) + here).abs() < 1e-16);
+    }
+
+    #[test]
+    fn a_linear_order_counts_per_metre() {
+        let mut effect = (ENTRY.build)(&[1.0, 4.0, 0.0], Unit::Linear);
+        let mut now = Instant::default();
+        now.motion.position_rad = 1.0 / 16.0;
+        assert!((effect.actuator(&now) - 1.0).abs() < 1e-15);
+    }
+}

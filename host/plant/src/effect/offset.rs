@@ -1,0 +1,44 @@
+//! A constant torque: gravity, or an amplifier that is off zero.
+
+use super::{Effect, Entry, Instant, Parameter};
+
+struct Offset {
+    torque_nm: f64,
+}
+
+impl Effect for Offset {
+    fn mechanics(&mut self, _: &Instant) -> f64 {
+        self.torque_nm
+    }
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    id: "mechanics.offset",
+    parameters: &[Parameter {
+        name: "torque_nm",
+        linear_name: "force_n",
+        default: 0.0,
+    }],
+    build: |values, _| {
+        Box::new(Offset {
+            torque_nm: values[0],
+        })
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::Unit;
+
+    #[test]
+    fn is_the_same_everywhere() {
+        let mut effect = (ENTRY.build)(&[0.3], Unit::Rotary);
+        let moving = Instant {
+            time_s: 5.0,
+            ..Instant::default()
+        };
+        assert_eq!(effect.mechanics(&Instant::default()), 0.3);
+        assert_eq!(effect.mechanics(&moving), 0.3);
+    }
+}
