@@ -16,7 +16,9 @@ pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
     let mut bytes = read_bytes(path)?;
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(
-            InputError::new(path, "the text is UTF-16", "save the file as UTF-8").at_line(1),
+            InputError::new(path, "the text is UTF-16", "save the file as UTF-8")
+                .at_line(1)
+                .at_character(1),
         );
     }
     if bytes.starts_with("\u{feff}".as_bytes()) {
@@ -25,7 +27,8 @@ pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
     if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
         return Err(
             InputError::new(path, "not a text file: it holds a zero byte", WANT_TEXT)
-                .at_line(line_at(&bytes, at)),
+                .at_line(line_at(&bytes, at))
+                .at_character(character_at(&bytes, at)),
         );
     }
     String::from_utf8(bytes).map_err(|error| {
@@ -38,6 +41,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
             WANT_TEXT,
         )
         .at_line(line_at(bytes, at))
+        .at_character(character_at(bytes, at))
     })
 }
 
@@ -54,6 +58,17 @@ pub(crate) fn line_at(text: &[u8], at: usize) -> u64 {
         })
         .count();
     ends as u64 + 1
+}
+
+/// Character from 1, within its line, of the byte at `at`.
+pub(crate) fn character_at(text: &[u8], at: usize) -> u64 {
+    let before = text.get(..at).unwrap_or(text);
+    let start = before
+        .iter()
+        .rposition(|byte| matches!(byte, b'\r' | b'\n'))
+        .map_or(0, |end| end + 1);
+    let line = before.get(start..).unwrap_or_default();
+    String::from_utf8_lossy(line).chars().count() as u64 + 1
 }
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {

@@ -9,7 +9,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::keys::{INERTIA, KEYS, MODEL, Range, SECTIONS, STRIBECK_SHAPE, find};
 use super::{AxisFile, EffectEntry, FrictionModel, StribeckShape};
 use crate::error::{InputError, quoted};
-use crate::input::{line_at, read_text};
+use crate::input::{character_at, line_at, read_text};
 use crate::names::nearest;
 use crate::unit::Unit;
 
@@ -62,12 +62,9 @@ impl Source<'_> {
         message: impl Into<String>,
         remedy: impl Into<String>,
     ) -> InputError {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        let character = before[line_start..].chars().count() as u64 + 1;
         InputError::new(self.path, message, remedy)
-            .at_line(line_at(self.text.as_bytes(), before.len()))
-            .at_character(character)
+            .at_line(line_at(self.text.as_bytes(), span.start))
+            .at_character(character_at(self.text.as_bytes(), span.start))
     }
 
     fn file(&self, document: &DeTable<'_>) -> Result<AxisFile, InputError> {

@@ -35,7 +35,8 @@ impl Log {
                 source.path,
                 "the file is empty",
                 "give a log with a header and at least two rows",
-            ));
+            )
+            .at_line(1));
         }
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
@@ -45,8 +46,13 @@ impl Log {
         let mut record = ByteRecord::new();
         source.next(&mut reader, &mut record)?;
         let names = source.names(&record)?;
-        let unit = source.unit(&names)?;
-        let mut columns = source.columns(&names)?;
+        let header_line = source.line(&record);
+        let unit = source
+            .unit(&names)
+            .map_err(|error| error.at_line(header_line))?;
+        let mut columns = source
+            .columns(&names)
+            .map_err(|error| error.at_line(header_line))?;
         let mut last_time_s = None;
         let mut rows = 0;
         while source.next(&mut reader, &mut record)? {
@@ -103,6 +109,7 @@ struct Gathered {
 }
 
 impl Source<'_> {
+    /// Reads the next record; false at the end.
     fn next(
         &self,
         reader: &mut csv::Reader<&[u8]>,
@@ -137,7 +144,9 @@ impl Source<'_> {
     fn names(&self, record: &ByteRecord) -> Result<Vec<String>, InputError> {
         let line = self.line(record);
         let wrong = |message: String, remedy: &str| {
-            InputError::new(self.path, message, remedy).at_line(line)
+            InputError::new(self.path, message, remedy)
+                .at_line(line)
+                .at_character(1)
         };
         let names: Vec<String> = record
             .iter()
@@ -205,7 +214,6 @@ impl Source<'_> {
                 format!("{name} is of a {other} axis, {first} of a {unit} one"),
                 "use torque and rad for a rotary axis, force and m for a linear one",
             )
-            .at_line(1)
             .in_column(name)),
         }
     }
@@ -249,8 +257,7 @@ impl Source<'_> {
             self.path,
             format!("missing {plural}: {}", list.join(", and ")),
             suggestion(names, &missing),
-        )
-        .at_line(1))
+        ))
     }
 
     fn ragged(&self, record: &ByteRecord, names: &[String]) -> InputError {
@@ -273,7 +280,9 @@ impl Source<'_> {
         InputError::new(
             self.path,
             format!("{found} {cells} where the header names {wanted} columns"),
-            if found < wanted {
+            if record.iter().any(|cell| cell.contains(&b'\n')) {
+                "close the quote that opens in this row"
+            } else if found < wanted {
                 "complete the row or delete it"
             } else {
                 "delete what is too much; write numbers with a decimal point"
@@ -369,7 +378,7 @@ fn fits(known: Known, value: f64, cell: &[u8], last_time_s: Option<f64>) -> Resu
             if value.fract() != 0.0 || value.abs() > MOST_COUNTS =>
         {
             Err((
-                format!("{} is not a whole number of counts", shown()),
+                format!("{} is not a whole number of counts within 2^53", shown()),
                 "give encoder counts, or name the column position_rad or position_m",
             ))
         }
