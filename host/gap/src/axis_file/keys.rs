@@ -144,6 +144,14 @@ pub(super) const MODEL: &str = "model";
 /// See [`MODEL`].
 pub(super) const STRIBECK_SHAPE: &str = "stribeck_shape";
 
+/// A linear key that can be formed in two ways from its rotary name, and the way it is written.
+const ALIAS: (&str, &str) = ("torque_limit_n", "force_limit_n");
+
+/// The name under which a key stands in the table.
+pub(super) fn canonical(name: &str) -> &str {
+    if name == ALIAS.0 { ALIAS.1 } else { name }
+}
+
 /// The key of a section by either of its names.
 pub(super) fn find(section: &str, name: &str) -> Option<&'static Key> {
     KEYS.iter()

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::keys::{INERTIA, KEYS, MODEL, Range, SECTIONS, STRIBECK_SHAPE, find};
+use super::keys::{INERTIA, KEYS, MODEL, Range, SECTIONS, STRIBECK_SHAPE, canonical, find};
 use super::{AxisFile, EffectEntry, FrictionModel, StribeckShape};
 use crate::error::{InputError, quoted};
 use crate::input::{character_at, line_at, read_text};
@@ -167,6 +167,7 @@ impl Source<'_> {
                 file.friction.stribeck_shape = Some(shape);
             }
             (_, text) => {
+                let text = canonical(text);
                 let Some(key) = find(section, text) else {
                     return Err(self.unknown_key(section, name, Some(file.unit)));
                 };
