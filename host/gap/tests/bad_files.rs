@@ -540,3 +540,28 @@ fn logs_that_do_not_fit_their_axis_file() {
          `counts_per_rev = ...` to [axis] in the axis file"
     );
 }
+
+#[test]
+fn what_could_not_be_read_again_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out");
+    let mut log = Log::parse("time_s,torque_nm,position_rad\n0,1,2\n1,1,2\n", "").unwrap();
+    log.position.values[1] = f64::NAN;
+    assert_eq!(
+        log.write(&path).unwrap_err().to_string(),
+        format!(
+            "{}:3: column position_rad: would hold NaN; nothing was written; a simulation that diverges needs a finer step",
+            path.display()
+        )
+    );
+    let mut axis = AxisFile::new(Unit::Rotary, 1e-4);
+    axis.friction.viscous = Some(f64::NAN);
+    assert_eq!(
+        axis.write(&path).unwrap_err().to_string(),
+        format!(
+            "{}:5:20: viscous_nm_s_rad is NaN; it must be a finite number, zero or above",
+            path.display()
+        )
+    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}

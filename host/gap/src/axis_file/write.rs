@@ -9,12 +9,13 @@ use crate::error::InputError;
 use crate::output::write_atomically;
 
 impl AxisFile {
-    /// Writes the file, whole or not at all.
+    /// Writes the file, whole or not at all, and only if it can be read again.
     ///
     /// # Errors
-    /// The path cannot be written.
+    /// The path cannot be written, or a value is out of its range: a fit that went astray leaves no file behind.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), InputError> {
         let text = self.to_toml();
+        Self::parse(&text, &path)?;
         write_atomically(path, |writer| writer.write_all(text.as_bytes()))
     }
 
@@ -69,7 +70,8 @@ fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e9 && value.is_sign_positive() {
         format!("{value}")
     } else {
-        format!("{value:?}")
+        // TOML spells NaN in small letters.
+        format!("{value:?}").to_lowercase()
     }
 }
 

@@ -12,7 +12,8 @@ impl Log {
     /// Writes the log as CSV, packed where the name ends in `.gz`, whole or not at all.
     ///
     /// # Errors
-    /// The path cannot be written, or the vectors differ in length.
+    /// The path cannot be written, the vectors differ in length, or a value is NaN or infinite: what is written can be
+    /// read again.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), InputError> {
         // Without a unit no column is present whose name depends on it.
         let unit = self.unit.unwrap_or(Unit::Rotary);
@@ -38,6 +39,21 @@ impl Log {
         ] {
             if let Some(values) = values {
                 columns.push((name_of(role, unit), Values::Numbers(values)));
+            }
+        }
+        for (name, values) in &columns {
+            let (Values::Numbers(numbers) | Values::Whole(numbers)) = values else {
+                continue;
+            };
+            if let Some(row) = numbers.iter().position(|number| !number.is_finite()) {
+                return Err(InputError::new(
+                    path,
+                    format!("would hold {}", numbers[row]),
+                    "nothing was written; a simulation that diverges needs a finer step",
+                )
+                // The header is line 1.
+                .at_line(row as u64 + 2)
+                .in_column(*name));
             }
         }
         for column in &self.unknown {
