@@ -8,10 +8,19 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
+pub mod control;
+pub mod design_check;
+pub mod encoder;
 pub mod error;
+pub mod experiment;
 pub mod friction;
+pub mod observer;
 pub mod real;
 pub mod stribeck;
+pub mod tick;
 
 pub use error::ParameterError;
 pub use real::Real;

@@ -250,6 +250,16 @@ impl<T: Real> Table<T> {
         })
     }
 
+    /// The same table in another precision.
+    pub fn cast<U: Real>(&self) -> Table<U> {
+        let to = |x: T| U::of(x.to_f64());
+        Table {
+            level_nm: self.level_nm.map(to),
+            coulomb_nm: to(self.coulomb_nm),
+            segments_per_rad_s: to(self.segments_per_rad_s),
+        }
+    }
+
     /// Segment of a speed, and the place in it from 0 to 1.
     #[inline]
     fn place(&self, speed_rad_s: T) -> (usize, T) {

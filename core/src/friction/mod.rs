@@ -2,6 +2,12 @@
 //!
 //! Sign: friction torque is counted positive against positive velocity, so that J dv/dt = u - F.
 
+pub mod elasto_plastic;
+pub mod elasto_plastic_fixed;
+mod presliding;
+
+pub use elasto_plastic::ElastoPlastic;
+
 use crate::Real;
 
 /// What a friction model sees of one time step.

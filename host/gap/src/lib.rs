@@ -1,4 +1,4 @@
-//! Logs and axis files: reading, checking and writing them.
+//! Logs, axis files and reports: reading, checking and writing them.
 //!
 //! Everything that comes from a user's file fails with one [`InputError`], which names the file, the line, the column
 //! and the remedy in one line. No input makes this crate panic.
@@ -9,6 +9,7 @@ mod input;
 pub mod log;
 mod names;
 pub mod output;
+pub mod report;
 pub mod unit;
 
 pub use axis_file::AxisFile;

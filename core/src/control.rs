@@ -1,0 +1,147 @@
+//! Position and speed loop in torque mode: a proportional position loop around a proportional-integral speed loop, with
+//! the reference's own velocity fed forward.
+
+use crate::error::{ParameterError, not_negative, positive};
+use crate::experiment::Reference;
+use crate::real::Real;
+
+/// Gains and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cascade<T> {
+    position_gain_1_s: T,
+    velocity_gain_nm_s_rad: T,
+    integral_gain_nm_rad: T,
+    torque_limit_nm: T,
+    sample_time_s: T,
+}
+
+/// Integral of the speed error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State<T> {
+    integral_nm: T,
+}
+
+impl<T: Real> Cascade<T> {
+    /// Position gain, 1/s; speed gain, N m s/rad; rate of the speed loop's integral, 1/s; torque limit, N m.
+    ///
+    /// # Errors
+    /// A negative gain, or a limit or sample time not above zero.
+    pub fn new(
+        position_gain_1_s: T,
+        velocity_gain_nm_s_rad: T,
+        velocity_integral_1_s: T,
+        torque_limit_nm: T,
+        sample_time_s: T,
+    ) -> Result<Self, ParameterError> {
+        not_negative("velocity_integral_1_s", velocity_integral_1_s)?;
+        Ok(Self {
+            position_gain_1_s: not_negative("position_gain_1_s", position_gain_1_s)?,
+            velocity_gain_nm_s_rad: not_negative("velocity_gain_nm_s_rad", velocity_gain_nm_s_rad)?,
+            integral_gain_nm_rad: velocity_gain_nm_s_rad * velocity_integral_1_s,
+            torque_limit_nm: positive("torque_limit_nm", torque_limit_nm)?,
+            sample_time_s: positive("sample_time_s", sample_time_s)?,
+        })
+    }
+
+    /// Gains for an axis: the speed loop at `bandwidth_rad_s`, position and integral a fifth of it, which keeps the
+    /// loops apart.
+    ///
+    /// # Errors
+    /// As [`Cascade::new`].
+    pub fn for_axis(
+        inertia_kg_m2: T,
+        bandwidth_rad_s: T,
+        torque_limit_nm: T,
+        sample_time_s: T,
+    ) -> Result<Self, ParameterError> {
+        let fifth = bandwidth_rad_s * T::of(0.2);
+        Self::new(
+            fifth,
+            inertia_kg_m2 * bandwidth_rad_s,
+            fifth,
+            torque_limit_nm,
+            sample_time_s,
+        )
+    }
+
+    /// Torque for a reference, given position (from where the experiment began) and velocity.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut State<T>,
+        reference: Reference<T>,
+        position_rad: T,
+        velocity_rad_s: T,
+    ) -> T {
+        let wanted = match reference {
+            Reference::Torque(torque) => return torque.within(self.torque_limit_nm),
+            Reference::Velocity(velocity) => velocity,
+            Reference::Position {
+                position_rad: target,
+                velocity_rad_s: feed_forward,
+            } => feed_forward + self.position_gain_1_s * (target - position_rad),
+        };
+        let error = wanted - velocity_rad_s;
+        let proportional = self.velocity_gain_nm_s_rad * error;
+        let integral = state.integral_nm + self.integral_gain_nm_rad * self.sample_time_s * error;
+        // The integral may hold no more than what is left of the limit: it does not wind up.
+        let room = (self.torque_limit_nm - proportional.abs()).most(T::ZERO);
+        if integral.is_finite() {
+            state.integral_nm = integral.within(room);
+        }
+        (proportional + state.integral_nm).within(self.torque_limit_nm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn removes_a_constant_load() {
+        let (inertia, t) = (1e-4_f64, 1e-4);
+        let loop_ = Cascade::for_axis(inertia, 300.0, 1.0, t).unwrap();
+        let mut state = State::default();
+        let (mut q, mut v) = (0.0, 0.0);
+        for _ in 0..20_000 {
+            let reference = Reference::Position {
+                position_rad: 1.0,
+                velocity_rad_s: 0.0,
+            };
+            let u = loop_.step(&mut state, reference, q, v) - 0.2;
+            v += t / inertia * u;
+            q += t * v;
+        }
+        // 2 s are 120 time constants of the slowest loop, 1/60 s.
+        assert!((q - 1.0).abs() < 1e-9, "{q}");
+    }
+
+    #[test]
+    fn does_not_wind_up() {
+        let loop_ = Cascade::for_axis(1e-4_f64, 300.0, 0.1, 1e-4).unwrap();
+        let mut state = State::default();
+        for _ in 0..100_000 {
+            assert_eq!(
+                loop_.step(&mut state, Reference::Velocity(100.0), 0.0, 0.0),
+                0.1
+            );
+        }
+        assert!(loop_.step(&mut state, Reference::Velocity(0.0), 0.0, 1.0) < 0.0);
+    }
+
+    #[test]
+    fn limits_torque_and_survives_nan() {
+        let loop_ = Cascade::for_axis(1e-4_f64, 300.0, 0.1, 1e-4).unwrap();
+        let mut state = State::default();
+        assert_eq!(
+            loop_.step(&mut state, Reference::Torque(5.0), 0.0, 0.0),
+            0.1
+        );
+        loop_.step(&mut state, Reference::Velocity(f64::NAN), 0.0, 0.0);
+        assert!(
+            loop_
+                .step(&mut state, Reference::Velocity(0.0), 0.0, 0.0)
+                .is_finite()
+        );
+    }
+}

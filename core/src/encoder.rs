@@ -1,0 +1,135 @@
+//! Wrapped encoder counts to differences and turns. Counts stay integers: an f32 angle loses the encoder after some
+//! ten thousand turns, so nothing downstream ever sees an absolute angle.
+
+use crate::error::{ParameterError, positive, require};
+use crate::real::Real;
+
+/// What the encoder is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder {
+    counts_per_turn: i32,
+    largest_step: i32,
+}
+
+/// Where the encoder stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct State {
+    last: u32,
+    /// Whole turns since the start; wraps.
+    pub turns: i32,
+    /// Counts within the turn, 0 to one less than a turn.
+    pub counts_in_turn: i32,
+    /// Steps that were too large to be motion, and were not passed on.
+    pub rejected: u32,
+}
+
+impl Encoder {
+    /// Counts per turn (per metre on a linear axis) and the largest step between two samples that the axis can make.
+    ///
+    /// # Errors
+    /// Either one below 1, or a step of more than a turn.
+    pub fn new(counts_per_turn: i32, largest_step: i32) -> Result<Self, ParameterError> {
+        let turn = positive("counts_per_rev", f64::from(counts_per_turn))?;
+        let step = f64::from(largest_step);
+        require(
+            "largest_step_counts",
+            step,
+            step >= 1.0 && step <= turn,
+            "at least 1 and at most a turn",
+        )?;
+        Ok(Self {
+            counts_per_turn,
+            largest_step,
+        })
+    }
+
+    /// Counts per turn.
+    pub fn counts_per_turn(&self) -> i32 {
+        self.counts_per_turn
+    }
+
+    /// Angle of one count, rad; on a linear axis a turn is a metre and this is not the scale to use.
+    pub fn rad_per_count<T: Real>(&self) -> T {
+        T::of(core::f64::consts::TAU / f64::from(self.counts_per_turn))
+    }
+
+    /// Starts at a counter reading, which becomes turn 0, count 0.
+    pub fn start(&self, raw: u32) -> State {
+        State {
+            last: raw,
+            turns: 0,
+            counts_in_turn: 0,
+            rejected: 0,
+        }
+    }
+
+    /// Takes a reading of the free-running 32-bit counter and gives the step since the last one in counts.
+    ///
+    /// A step too large to be motion gives `None`, is counted, and the new reading becomes the base of the next one: a
+    /// reading that was wrong once costs two samples, a lasting jump one.
+    #[inline]
+    pub fn update(&self, state: &mut State, raw: u32) -> Option<i32> {
+        let step = raw.wrapping_sub(state.last).cast_signed();
+        state.last = raw;
+        let mut counts = state.counts_in_turn.wrapping_add(step);
+        if step.unsigned_abs() > self.largest_step.unsigned_abs() {
+            state.rejected = state.rejected.saturating_add(1);
+            return None;
+        }
+        if counts >= self.counts_per_turn {
+            counts -= self.counts_per_turn;
+            state.turns = state.turns.wrapping_add(1);
+        } else if counts < 0 {
+            counts += self.counts_per_turn;
+            state.turns = state.turns.wrapping_sub(1);
+        }
+        state.counts_in_turn = counts;
+        Some(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wraps_with_the_counter() {
+        let encoder = Encoder::new(16384, 8000).unwrap();
+        let mut state = encoder.start(u32::MAX - 1);
+        assert_eq!(encoder.update(&mut state, 3), Some(5));
+        assert_eq!(encoder.update(&mut state, u32::MAX - 1), Some(-5));
+        assert_eq!((state.turns, state.counts_in_turn), (0, 0));
+        assert_eq!(encoder.update(&mut state, u32::MAX - 2), Some(-1));
+        assert_eq!((state.turns, state.counts_in_turn), (-1, 16383));
+    }
+
+    #[test]
+    fn a_reading_wrong_once_leaves_the_position_whole() {
+        let encoder = Encoder::new(16384, 100).unwrap();
+        let mut state = encoder.start(0);
+        assert_eq!(encoder.update(&mut state, 10), Some(10));
+        assert_eq!(encoder.update(&mut state, 1 << 30), None);
+        assert_eq!(encoder.update(&mut state, 12), None);
+        assert_eq!(encoder.update(&mut state, 15), Some(3));
+        assert_eq!(state.rejected, 2);
+    }
+
+    #[test]
+    fn counts_a_million_turns() {
+        let encoder = Encoder::new(16384, 16384).unwrap();
+        let mut state = encoder.start(7);
+        let mut raw = 7_u32;
+        for _ in 0..2_000_000 {
+            raw = raw.wrapping_add(8192);
+            encoder.update(&mut state, raw);
+        }
+        assert_eq!((state.turns, state.counts_in_turn), (1_000_000, 0));
+    }
+
+    #[test]
+    fn refuses_what_means_nothing() {
+        assert!(Encoder::new(0, 1).is_err());
+        assert!(Encoder::new(100, 0).is_err());
+        assert!(Encoder::new(100, 101).is_err());
+    }
+}

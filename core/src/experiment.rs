@@ -1,0 +1,368 @@
+//! Test signals, the same on the microcontroller, in the emulator and on the virtual axis.
+//!
+//! Time is a count of ticks, so that a signal is the same after hours as at the start. Source of the experiments:
+//! thesis (Aktas, ITU 2002), chapters 2.5, 3 and 4.5.
+
+use crate::real::Real;
+
+/// What an experiment asks of the axis at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reference<T> {
+    /// Open loop: this torque, N m.
+    Torque(T),
+    /// Speed loop: this velocity, rad/s.
+    Velocity(T),
+    /// Position loop: this position, rad from where the experiment began, moving at this velocity, rad/s.
+    Position {
+        /// rad
+        position_rad: T,
+        /// rad/s
+        velocity_rad_s: T,
+    },
+}
+
+/// A test signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Experiment<T> {
+    /// Sine torque; the thesis uses 0.035 N m and 1 s for its observers.
+    Sine {
+        /// Peak torque, N m.
+        amplitude_nm: T,
+        /// Ticks of a period.
+        period_ticks: u32,
+    },
+    /// A torque pulse past break-away, rest, then a small oscillation about a mean, both below break-away: tells a model
+    /// that drifts from one that holds.
+    PulseThenOscillation {
+        /// Torque of the pulse, N m.
+        pulse_nm: T,
+        /// Ticks of the pulse, and of the rest after it.
+        pulse_ticks: u32,
+        /// Mean of the oscillation, N m.
+        mean_nm: T,
+        /// Peak of the oscillation about its mean, N m.
+        amplitude_nm: T,
+        /// Ticks of an oscillation.
+        period_ticks: u32,
+    },
+    /// A sine of position: two velocity reversals a period.
+    Reversals {
+        /// Peak, rad.
+        amplitude_rad: T,
+        /// Ticks of a period.
+        period_ticks: u32,
+    },
+    /// Constant speeds in falling geometric steps, each in both directions: the steady-state friction map.
+    SpeedLadder {
+        /// First and highest speed, rad/s.
+        top_rad_s: T,
+        /// Each speed as a share of the one before.
+        ratio: T,
+        /// Ticks at each speed.
+        hold_ticks: u32,
+    },
+    /// Pseudo-random binary torque of maximum length 1023, for presliding.
+    Prbs {
+        /// Torque, N m, either sign.
+        amplitude_nm: T,
+        /// Ticks a bit lasts.
+        clock_ticks: u32,
+    },
+    /// A triangle of position at one low speed: torque over position is the Dahl curve.
+    DahlRamp {
+        /// Peak, rad.
+        amplitude_rad: T,
+        /// Ticks of a whole triangle.
+        period_ticks: u32,
+    },
+    /// Rest, then a torque ramp past break-away, in turn in both directions, with longer rest each time.
+    RestAndBreakAway {
+        /// Peak of the ramp, N m.
+        peak_nm: T,
+        /// Ticks of the ramp.
+        ramp_ticks: u32,
+        /// Ticks of the first rest; the n-th rest is n times as long.
+        dwell_ticks: u32,
+    },
+}
+
+/// Plays an experiment tick by tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Player<T> {
+    experiment: Experiment<T>,
+    tick_s: T,
+    phase: u32,
+    step: u32,
+    bits: u16,
+    level: T,
+}
+
+/// Seed of the shift register of [`Experiment::Prbs`]; any value but zero gives the same sequence, shifted.
+const PRBS_START: u16 = 0x3ff;
+
+impl<T: Real> Player<T> {
+    /// Starts at the beginning; a tick lasts `tick_s`.
+    pub fn new(experiment: Experiment<T>, tick_s: T) -> Self {
+        let level = match experiment {
+            Experiment::SpeedLadder { top_rad_s, .. } => top_rad_s,
+            _ => T::ZERO,
+        };
+        Self {
+            experiment,
+            tick_s,
+            phase: 0,
+            step: 0,
+            bits: PRBS_START,
+            level,
+        }
+    }
+
+    /// The reference for this tick; the next call is for the next tick.
+    pub fn next_tick(&mut self) -> Reference<T> {
+        match self.experiment {
+            Experiment::Sine {
+                amplitude_nm,
+                period_ticks,
+            } => Reference::Torque(amplitude_nm * sine(self.advance(period_ticks), period_ticks).0),
+            Experiment::PulseThenOscillation {
+                pulse_nm,
+                pulse_ticks,
+                mean_nm,
+                amplitude_nm,
+                period_ticks,
+            } => Reference::Torque(match self.step {
+                0 | 1 => {
+                    let torque = if self.step == 0 { pulse_nm } else { T::ZERO };
+                    self.advance(pulse_ticks);
+                    torque
+                }
+                _ => mean_nm + amplitude_nm * sine(self.advance(period_ticks), period_ticks).0,
+            }),
+            Experiment::Reversals {
+                amplitude_rad,
+                period_ticks,
+            } => {
+                let (sin, cos) = sine::<T>(self.advance(period_ticks), period_ticks);
+                let rate = T::of(core::f64::consts::TAU) / self.seconds(period_ticks);
+                Reference::Position {
+                    position_rad: amplitude_rad * sin,
+                    velocity_rad_s: amplitude_rad * cos * rate,
+                }
+            }
+            Experiment::SpeedLadder {
+                ratio, hold_ticks, ..
+            } => {
+                let speed = self.level;
+                let forward = self.step.is_multiple_of(2);
+                self.advance(hold_ticks);
+                if !forward && self.phase == 0 {
+                    self.level = self.level * ratio;
+                }
+                Reference::Velocity(if forward { speed } else { -speed })
+            }
+            Experiment::Prbs {
+                amplitude_nm,
+                clock_ticks,
+            } => {
+                let high = self.bits & 1 == 1;
+                self.advance(clock_ticks);
+                if self.phase == 0 {
+                    // x^10 + x^7 + 1 is primitive: 1023 bits before it repeats.
+                    let feedback = (self.bits ^ (self.bits >> 3)) & 1;
+                    self.bits = (self.bits >> 1) | (feedback << 9);
+                }
+                Reference::Torque(if high { amplitude_nm } else { -amplitude_nm })
+            }
+            Experiment::DahlRamp {
+                amplitude_rad,
+                period_ticks,
+            } => {
+                let x = of_ticks::<T>(self.advance(period_ticks)) / of_ticks(period_ticks);
+                let four = T::of(4.0);
+                let speed = four * amplitude_rad / self.seconds(period_ticks);
+                let (position_rad, velocity_rad_s) = if x < T::of(0.25) {
+                    (four * x, speed)
+                } else if x < T::of(0.75) {
+                    (T::of(2.0) - four * x, -speed)
+                } else {
+                    (four * x - four, speed)
+                };
+                Reference::Position {
+                    position_rad: amplitude_rad * position_rad,
+                    velocity_rad_s,
+                }
+            }
+            Experiment::RestAndBreakAway {
+                peak_nm,
+                ramp_ticks,
+                dwell_ticks,
+            } => {
+                let forward = self.step % 4 < 2;
+                Reference::Torque(if self.step.is_multiple_of(2) {
+                    self.advance(dwell_ticks.saturating_mul(self.step / 2 + 1));
+                    T::ZERO
+                } else {
+                    let torque =
+                        peak_nm * of_ticks(self.advance(ramp_ticks)) / of_ticks(ramp_ticks);
+                    if forward { torque } else { -torque }
+                })
+            }
+        }
+    }
+
+    fn seconds(&self, ticks: u32) -> T {
+        of_ticks::<T>(ticks) * self.tick_s
+    }
+
+    /// The phase of this tick within a stretch of so many, and on to the next; a finished stretch counts a step.
+    fn advance(&mut self, ticks: u32) -> u32 {
+        let phase = self.phase;
+        self.phase += 1;
+        if self.phase >= ticks {
+            self.phase = 0;
+            self.step = self.step.wrapping_add(1);
+        }
+        phase
+    }
+}
+
+fn of_ticks<T: Real>(ticks: u32) -> T {
+    T::of_count(ticks.min(i32::MAX as u32) as i32)
+}
+
+/// Sine and cosine at a phase of a period.
+fn sine<T: Real>(phase: u32, period: u32) -> (T, T) {
+    let angle = T::of(core::f64::consts::TAU) * of_ticks(phase) / of_ticks(period.max(1));
+    (
+        angle.sin(),
+        (angle + T::of(core::f64::consts::FRAC_PI_2)).sin(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    const TICK_S: f64 = 1e-4;
+
+    fn torques(experiment: Experiment<f64>, ticks: usize) -> Vec<f64> {
+        let mut player = Player::new(experiment, TICK_S);
+        (0..ticks)
+            .map(|_| match player.next_tick() {
+                Reference::Torque(torque) => torque,
+                other => panic!("{other:?}"),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sine_repeats_exactly() {
+        let experiment = Experiment::Sine {
+            amplitude_nm: 0.035,
+            period_ticks: 10_000,
+        };
+        let torque = torques(experiment, 30_000);
+        assert_eq!(torque[..10_000], torque[20_000..]);
+        assert!((torque[2_500] - 0.035).abs() < 1e-15);
+    }
+
+    #[test]
+    fn prbs_has_maximum_length() {
+        let experiment = Experiment::Prbs {
+            amplitude_nm: 1.0,
+            clock_ticks: 3,
+        };
+        let torque = torques(experiment, 2 * 3 * 1023);
+        assert_eq!(torque[..3 * 1023], torque[3 * 1023..]);
+        // One more high bit than low ones, and no shorter period: autocorrelation -1 at every shift.
+        let bits: Vec<f64> = torque.iter().step_by(3).take(1023).copied().collect();
+        assert_eq!(bits.iter().sum::<f64>(), 1.0);
+        for shift in 1..1023 {
+            let sum: f64 = (0..1023).map(|i| bits[i] * bits[(i + shift) % 1023]).sum();
+            assert_eq!(sum, -1.0, "shift {shift}");
+        }
+    }
+
+    #[test]
+    fn velocity_of_a_position_is_its_derivative() {
+        let experiments = [
+            Experiment::Reversals {
+                amplitude_rad: 2.0,
+                period_ticks: 10_000,
+            },
+            Experiment::DahlRamp {
+                amplitude_rad: 2.0,
+                period_ticks: 10_000,
+            },
+        ];
+        for experiment in experiments {
+            let mut player = Player::new(experiment, TICK_S);
+            let mut last: Option<(f64, f64)> = None;
+            for k in 0..20_000 {
+                let Reference::Position {
+                    position_rad,
+                    velocity_rad_s,
+                } = player.next_tick()
+                else {
+                    panic!("not a position")
+                };
+                if let Some((position, velocity)) = last {
+                    let step = position_rad - position;
+                    // Second-order remainder: half the largest acceleration, 2 (2 pi)^2 rad/s^2, times a tick.
+                    assert!((step / TICK_S - velocity).abs() < 4e-3, "tick {k}");
+                }
+                last = Some((position_rad, velocity_rad_s));
+            }
+        }
+    }
+
+    #[test]
+    fn ladder_goes_down_in_both_directions() {
+        let experiment = Experiment::SpeedLadder {
+            top_rad_s: 8.0,
+            ratio: 0.5,
+            hold_ticks: 2,
+        };
+        let mut player = Player::new(experiment, TICK_S);
+        let speeds: Vec<f64> = (0..12)
+            .map(|_| match player.next_tick() {
+                Reference::Velocity(speed) => speed,
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(
+            speeds,
+            [
+                8.0, 8.0, -8.0, -8.0, 4.0, 4.0, -4.0, -4.0, 2.0, 2.0, -2.0, -2.0
+            ]
+        );
+    }
+
+    #[test]
+    fn break_away_rests_longer_each_time_and_alternates() {
+        let experiment = Experiment::RestAndBreakAway {
+            peak_nm: 1.0,
+            ramp_ticks: 2,
+            dwell_ticks: 1,
+        };
+        assert_eq!(
+            torques(experiment, 10),
+            [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, -0.5, 0.0, 0.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn pulse_then_rest_then_oscillation() {
+        let experiment = Experiment::PulseThenOscillation {
+            pulse_nm: 3.0,
+            pulse_ticks: 2,
+            mean_nm: 1.0,
+            amplitude_nm: 0.5,
+            period_ticks: 4,
+        };
+        let torque = torques(experiment, 8);
+        assert_eq!(torque[..5], [3.0, 3.0, 0.0, 0.0, 1.0]);
+        assert!((torque[5] - 1.5).abs() < 1e-15 && (torque[7] - 0.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,204 @@
+//! The control tick: what the 10 kHz interrupt does between reading the encoder and writing the torque reference. Pure:
+//! the host steps the same code against the virtual axis.
+
+use crate::control::{self, Cascade};
+use crate::encoder::{self, Encoder};
+use crate::error::{ParameterError, not_negative, positive, require};
+use crate::experiment::Player;
+use crate::observer::{Estimate, Luenberger, TimeFree, luenberger, time_free};
+use crate::real::Real;
+use crate::stribeck::Curve;
+
+/// Samples of output delay that a [`TorquePath`] can hold.
+pub const MOST_DELAY: usize = 4;
+
+/// What lies between the torque reference and the rotor: whole samples of delay, then a first-order lag.
+///
+/// A converter triggered by the tick's timer puts a value out one sample after it was computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorquePath<T> {
+    delay_samples: usize,
+    decay: T,
+    mean_of_lag: T,
+}
+
+/// References under way, and the torque on the rotor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TorquePathState<T> {
+    under_way_nm: [T; MOST_DELAY],
+    torque_nm: T,
+}
+
+impl<T: Real> TorquePath<T> {
+    /// Delay in samples and time constant of the drive.
+    ///
+    /// # Errors
+    /// A delay above [`MOST_DELAY`] or a negative lag.
+    pub fn new(delay_samples: usize, lag_s: T, sample_time_s: T) -> Result<Self, ParameterError> {
+        positive("sample_time_s", sample_time_s)?;
+        not_negative("lag_s", lag_s)?;
+        let delay = delay_samples as f64;
+        require(
+            "delay_samples",
+            delay,
+            delay_samples <= MOST_DELAY,
+            "at most 4",
+        )?;
+        let (decay, mean_of_lag) = if lag_s > T::ZERO {
+            let x = sample_time_s / lag_s;
+            let decay = (-x).exp();
+            (decay, (T::ONE - decay) / x)
+        } else {
+            (T::ZERO, T::ZERO)
+        };
+        Ok(Self {
+            delay_samples,
+            decay,
+            mean_of_lag,
+        })
+    }
+
+    /// Takes the reference computed at the last tick and gives the mean torque on the rotor since then, N m.
+    #[inline]
+    pub fn step(&self, state: &mut TorquePathState<T>, reference_nm: T) -> T {
+        // under_way_nm[0] is the newest; the one that the rotor feels now is delay_samples older.
+        let felt = match self.delay_samples.checked_sub(1) {
+            None => reference_nm,
+            Some(i) => state.under_way_nm.get(i).copied().unwrap_or(T::ZERO),
+        };
+        state.under_way_nm.rotate_right(1);
+        state.under_way_nm[0] = reference_nm;
+        let start = state.torque_nm;
+        state.torque_nm = felt + (start - felt) * self.decay;
+        felt + (start - felt) * self.mean_of_lag
+    }
+}
+
+/// Everything the tick runs; none of it changes in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick<T, C> {
+    /// Counts to steps and turns.
+    pub encoder: Encoder,
+    /// Reference to torque on the rotor.
+    pub torque_path: TorquePath<T>,
+    /// Velocity and z from torque and counts.
+    pub luenberger: Luenberger<T, C>,
+    /// z from counts; the other observer's velocity places it on the Stribeck curve.
+    pub time_free: TimeFree<T, C>,
+    /// Loops of the experiments that need them.
+    pub control: Cascade<T>,
+}
+
+/// Everything a tick changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<T> {
+    /// Encoder.
+    pub encoder: encoder::State,
+    /// Observer.
+    pub luenberger: luenberger::State<T>,
+    /// Observer.
+    pub time_free: time_free::State<T>,
+    torque_path: TorquePathState<T>,
+    control: control::State<T>,
+    reference_nm: T,
+}
+
+/// What a tick saw and decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<T> {
+    /// Whole turns since the start.
+    pub turns: i32,
+    /// Counts within the turn.
+    pub counts_in_turn: i32,
+    /// Step since the last tick in counts; zero if it was rejected.
+    pub step_counts: i32,
+    /// The Luenberger-like observer's estimate.
+    pub luenberger: Estimate<T>,
+    /// The time-free observer's deflection, rad.
+    pub time_free_z_rad: T,
+    /// Torque reference for the drive, N m.
+    pub torque_ref_nm: T,
+}
+
+impl<T: Real, C: Curve<T>> Tick<T, C> {
+    /// Starts at rest at a counter reading.
+    pub fn start(&self, raw: u32) -> State<T> {
+        State {
+            encoder: self.encoder.start(raw),
+            luenberger: luenberger::State::default(),
+            time_free: time_free::State::default(),
+            torque_path: TorquePathState::default(),
+            control: control::State::default(),
+            reference_nm: T::ZERO,
+        }
+    }
+
+    /// One tick: the counter reading in, the torque reference out.
+    #[inline]
+    pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
+        let torque_nm = self
+            .torque_path
+            .step(&mut state.torque_path, state.reference_nm);
+        let step_counts = match self.encoder.update(&mut state.encoder, raw) {
+            Some(step) => {
+                let estimate = self.luenberger.step(&mut state.luenberger, step, torque_nm);
+                self.time_free
+                    .step(&mut state.time_free, step, estimate.velocity_rad_s);
+                step
+            }
+            None => 0,
+        };
+        let estimate = state.luenberger.estimate;
+        let reference = player.next_tick();
+        let torque_ref_nm = self.control.step(
+            &mut state.control,
+            reference,
+            self.position_rad(&state.encoder),
+            estimate.velocity_rad_s,
+        );
+        state.reference_nm = torque_ref_nm;
+        Sample {
+            turns: state.encoder.turns,
+            counts_in_turn: state.encoder.counts_in_turn,
+            step_counts,
+            luenberger: estimate,
+            time_free_z_rad: state.time_free.z_rad,
+            torque_ref_nm,
+        }
+    }
+
+    /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.
+    fn position_rad(&self, state: &encoder::State) -> T {
+        let counts = state
+            .turns
+            .wrapping_mul(self.encoder.counts_per_turn())
+            .wrapping_add(state.counts_in_turn);
+        T::of_count(counts) * self.luenberger.settings().rad_per_count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn torque_arrives_after_its_delay() {
+        let path = TorquePath::new(1, 0.0_f64, 1e-4).unwrap();
+        let mut state = TorquePathState::default();
+        let felt = [1.0, 2.0, 3.0].map(|u| path.step(&mut state, u));
+        assert_eq!(felt, [0.0, 1.0, 2.0]);
+        let direct = TorquePath::new(0, 0.0_f64, 1e-4).unwrap();
+        assert_eq!(direct.step(&mut state, 5.0), 5.0);
+    }
+
+    #[test]
+    fn lag_gives_the_mean_over_the_sample() {
+        let path = TorquePath::new(0, 2e-4_f64, 1e-4).unwrap();
+        let mut state = TorquePathState::default();
+        let mean = path.step(&mut state, 1.0);
+        // Mean of 1 - exp(-t/T) from 0 to T/2.
+        let exact = 1.0 - 2.0 * (1.0 - (-0.5_f64).exp());
+        assert!((mean - exact).abs() < 1e-15);
+        assert!(TorquePath::new(5, 0.0_f64, 1e-4).is_err());
+    }
+}
