@@ -1,3 +1,17 @@
-//! Logs and axis files.
+//! Logs, axis files and reports: reading, checking and writing them.
+//!
+//! Everything that comes from a user's file fails with one [`InputError`], which names the file, the line, the column
+//! and the remedy in one line. No input makes this crate panic.
 
+pub mod axis_file;
+pub mod error;
+mod input;
+pub mod log;
+mod names;
+pub mod output;
 pub mod report;
+
+pub use axis_file::AxisFile;
+pub use bristle_plant::Unit;
+pub use error::InputError;
+pub use log::Log;

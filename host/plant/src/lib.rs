@@ -9,7 +9,9 @@ pub mod effect;
 pub mod encoder;
 pub mod mechanics;
 pub mod rig;
+pub mod unit;
 
 pub use axis::{Axis, Truth};
 pub use contact::Contact;
 pub use rig::Rig;
+pub use unit::Unit;

@@ -26,7 +26,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Unit;
+    use crate::unit::Unit;
 
     #[test]
     fn is_more_one_way_and_less_the_other() {

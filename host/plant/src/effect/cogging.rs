@@ -46,7 +46,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Unit;
+    use crate::unit::Unit;
 
     #[test]
     fn repeats_with_its_order_whatever_the_torque() {

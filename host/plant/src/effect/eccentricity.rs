@@ -41,7 +41,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Unit;
+    use crate::unit::Unit;
 
     #[test]
     fn is_once_a_turn() {

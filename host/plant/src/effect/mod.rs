@@ -7,27 +7,9 @@ mod eccentricity;
 mod offset;
 
 use crate::mechanics::Motion;
+use crate::unit::Unit;
 use std::collections::BTreeMap;
 use std::fmt;
-
-/// Which units an axis has. A linear one reads m for rad and N for N m.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// rad, N m, kg m^2.
-    Rotary,
-    /// m, N, kg.
-    Linear,
-}
-
-impl Unit {
-    /// Angle of a wave that repeats `order` times a turn, or a metre, per rad or m of travel.
-    pub fn wave_rad(self, order: f64) -> f64 {
-        match self {
-            Self::Rotary => order,
-            Self::Linear => order * std::f64::consts::TAU,
-        }
-    }
-}
 
 /// What an effect sees of a step, or of a sample in [`Effect::sensor`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

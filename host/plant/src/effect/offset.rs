@@ -29,7 +29,7 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Unit;
+    use crate::unit::Unit;
 
     #[test]
     fn is_the_same_everywhere() {
