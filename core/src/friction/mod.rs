@@ -3,11 +3,14 @@
 //! Sign: friction torque is counted positive against positive velocity, so that J dv/dt = u - F.
 
 pub mod coulomb;
+pub mod dahl;
 pub mod karnopp;
+pub mod lugre;
+mod presliding;
 pub mod stiction;
 
 use crate::Real;
-
+use crate::error::{ParameterError, require};
 
 /// What a friction model sees of one time step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,6 +45,21 @@ impl<T: Real> Motion<T> {
     }
 }
 
+/// Passes on a stiffness that gives deflections whose squares f32 can hold.
+fn stiffness<T: Real>(
+    stiffness_nm_rad: T,
+    least_nm: T,
+    largest_nm: T,
+) -> Result<T, ParameterError> {
+    require(
+        "stiffness_nm_rad",
+        stiffness_nm_rad,
+        stiffness_nm_rad > T::ZERO
+            && least_nm / stiffness_nm_rad >= T::of(1e-12)
+            && largest_nm / stiffness_nm_rad <= T::of(1e6),
+        "above zero and give deflections (friction / stiffness) of 1e-12 to 1e6 rad",
+    )
+}
 
 /// A friction model: parameters that do not change, and a state that a step advances.
 pub trait Friction<T: Real> {
