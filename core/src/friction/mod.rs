@@ -2,6 +2,9 @@
 //!
 //! Sign: friction torque is counted positive against positive velocity, so that J dv/dt = u - F.
 
+pub mod armstrong;
+pub mod bliman_sorine;
+pub mod bristle;
 pub mod coulomb;
 pub mod dahl;
 pub mod karnopp;
