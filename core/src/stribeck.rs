@@ -66,6 +66,8 @@ pub struct Stribeck<T> {
     coulomb_nm: T,
     stiction_nm: T,
     shape: Shape<T>,
+    /// 1/v_s of the shapes that have one.
+    per_velocity: T,
 }
 
 impl<T: Real> Stribeck<T> {
@@ -81,6 +83,7 @@ impl<T: Real> Stribeck<T> {
             stiction_nm >= coulomb_nm,
             "at least coulomb_nm",
         )?;
+        let mut per_velocity = T::ZERO;
         match shape {
             Shape::Constant => {}
             Shape::PiecewiseLinear { slope_nm_s_rad } => {
@@ -89,7 +92,7 @@ impl<T: Real> Stribeck<T> {
             Shape::Exponential { velocity_rad_s }
             | Shape::Gaussian { velocity_rad_s }
             | Shape::Lorentzian { velocity_rad_s } => {
-                positive("stribeck_velocity_rad_s", velocity_rad_s)?;
+                per_velocity = T::ONE / positive("stribeck_velocity_rad_s", velocity_rad_s)?;
             }
             Shape::GeneralisedExponential { rate, exponent } => {
                 positive("stribeck_rate", rate)?;
@@ -103,6 +106,7 @@ impl<T: Real> Stribeck<T> {
                 _ => stiction_nm,
             },
             shape,
+            per_velocity,
         })
     }
 
@@ -120,6 +124,7 @@ impl<T: Real> Stribeck<T> {
         Stribeck {
             coulomb_nm: to(self.coulomb_nm),
             stiction_nm: to(self.stiction_nm),
+            per_velocity: to(self.per_velocity),
             shape: match self.shape {
                 Shape::Constant => Shape::Constant,
                 Shape::PiecewiseLinear { slope_nm_s_rad } => Shape::PiecewiseLinear {
@@ -152,18 +157,18 @@ impl<T: Real> Curve<T> for Stribeck<T> {
             Shape::PiecewiseLinear { slope_nm_s_rad } => {
                 self.stiction_nm - (slope_nm_s_rad * speed_rad_s).least(fall)
             }
-            Shape::Exponential { velocity_rad_s } => {
-                self.coulomb_nm + fall * (-speed_rad_s / velocity_rad_s).exp()
+            Shape::Exponential { .. } => {
+                self.coulomb_nm + fall * (-speed_rad_s * self.per_velocity).exp()
             }
-            Shape::Gaussian { velocity_rad_s } => {
-                let x = speed_rad_s / velocity_rad_s;
+            Shape::Gaussian { .. } => {
+                let x = speed_rad_s * self.per_velocity;
                 self.coulomb_nm + fall * (-(x * x)).exp()
             }
             Shape::GeneralisedExponential { rate, exponent } => {
                 self.coulomb_nm + fall * (-rate * speed_rad_s.powf(exponent)).exp()
             }
-            Shape::Lorentzian { velocity_rad_s } => {
-                let x = speed_rad_s / velocity_rad_s;
+            Shape::Lorentzian { .. } => {
+                let x = speed_rad_s * self.per_velocity;
                 self.coulomb_nm + fall / (T::ONE + x * x)
             }
         }
@@ -181,12 +186,12 @@ impl<T: Real> Curve<T> for Stribeck<T> {
                     T::ZERO
                 }
             }
-            Shape::Exponential { velocity_rad_s } => {
-                -fall / velocity_rad_s * (-speed_rad_s / velocity_rad_s).exp()
+            Shape::Exponential { .. } => {
+                -fall * self.per_velocity * (-speed_rad_s * self.per_velocity).exp()
             }
-            Shape::Gaussian { velocity_rad_s } => {
-                let x = speed_rad_s / velocity_rad_s;
-                -two * x * fall / velocity_rad_s * (-(x * x)).exp()
+            Shape::Gaussian { .. } => {
+                let x = speed_rad_s * self.per_velocity;
+                -two * x * fall * self.per_velocity * (-(x * x)).exp()
             }
             Shape::GeneralisedExponential { rate, exponent } => {
                 // An exponent below one makes the slope infinite at rest; the next representable speed stands for it.
@@ -197,10 +202,10 @@ impl<T: Real> Curve<T> for Stribeck<T> {
                     * speed.powf(exponent - T::ONE)
                     * (-rate * speed.powf(exponent)).exp()
             }
-            Shape::Lorentzian { velocity_rad_s } => {
-                let x = speed_rad_s / velocity_rad_s;
+            Shape::Lorentzian { .. } => {
+                let x = speed_rad_s * self.per_velocity;
                 let y = T::ONE + x * x;
-                -two * x * fall / (velocity_rad_s * y * y)
+                -two * x * fall * self.per_velocity / (y * y)
             }
         }
     }

@@ -8,8 +8,8 @@
 //! thesis (Aktas, ITU 2002) eqs. 2.23 and 2.24. The print of 2.23 leaves fraction and exponent open and 2.24 has z where
 //! abs(z) is meant; the forms above are the right ones.
 
-use super::{Friction, Motion, presliding};
-use crate::error::{ParameterError, not_negative, positive, require};
+use super::{Friction, Motion, presliding, stiffness};
+use crate::error::{ParameterError, not_negative, require};
 use crate::real::Real;
 use crate::stribeck::{Curve, Table};
 
@@ -26,6 +26,7 @@ pub struct ElastoPlastic<T, C> {
     viscous_nm_s_rad: T,
     breakaway_ratio: T,
     per_mixed_range: T,
+    z_max_rad: T,
 }
 
 /// Deflection of the bristles.
@@ -39,7 +40,7 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
     /// sigma0, sigma1, sigma2 and the ratio z_ba/z_ss, which holds at every speed.
     ///
     /// # Errors
-    /// Stiffness not above zero, a negative damping, or a ratio outside 0 <= ratio < 1.
+    /// Stiffness not above zero or out of proportion to the curve, a negative damping, or a ratio outside 0 <= ratio < 1.
     pub fn new(
         curve: C,
         stiffness_nm_rad: T,
@@ -47,7 +48,7 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
         viscous_nm_s_rad: T,
         breakaway_ratio: T,
     ) -> Result<Self, ParameterError> {
-        positive("stiffness_nm_rad", stiffness_nm_rad)?;
+        stiffness(stiffness_nm_rad, curve.coulomb_nm(), curve.stiction_nm())?;
         not_negative("damping_nm_s_rad", damping_nm_s_rad)?;
         not_negative("viscous_nm_s_rad", viscous_nm_s_rad)?;
         require(
@@ -57,6 +58,7 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
             "at least 0 and below 1",
         )?;
         Ok(Self {
+            z_max_rad: curve.stiction_nm() / stiffness_nm_rad,
             curve,
             stiffness_nm_rad,
             compliance_rad_nm: T::ONE / stiffness_nm_rad,
@@ -101,7 +103,7 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
     /// Deflection that no input exceeds, rad: z_ss at rest.
     #[inline]
     pub fn z_max_rad(&self) -> T {
-        self.curve.stiction_nm() * self.compliance_rad_nm
+        self.z_max_rad
     }
 
     /// alpha at a deflection given as a share of z_ss and counted positive in the direction of motion.
@@ -110,21 +112,29 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
         half_sine((share - self.breakaway_ratio) * self.per_mixed_range)
     }
 
-    /// Deflection after a displacement `dq` at a speed, rad. alpha is taken half-way.
+    /// Deflection after a displacement `dq` at a speed, rad.
     #[inline]
     pub fn advance(&self, z_rad: T, dq_rad: T, speed_rad_s: T) -> T {
-        let z_ss = self.z_ss_rad(speed_rad_s);
-        let half_way = z_rad + T::of(0.5) * dq_rad;
-        // A division only where alpha is neither 0 nor 1; the limits are compared as products.
-        let along = half_way.copysign(half_way * dq_rad);
-        let alpha = if along <= self.breakaway_ratio * z_ss {
-            T::ZERO
-        } else if along >= z_ss {
+        self.deflect(z_rad, dq_rad, speed_rad_s).0
+    }
+
+    /// Deflection after a displacement, and the share of the displacement that was plastic. alpha is taken half-way.
+    #[inline]
+    fn deflect(&self, z: T, dq: T, speed: T) -> (T, T) {
+        let z_ss = self.z_ss_rad(speed);
+        let half_way = z + T::of(0.5) * dq;
+        let along = if dq < T::ZERO { -half_way } else { half_way };
+        // Products rather than quotients are compared, and an elastic step adds without rounding twice.
+        if along <= self.breakaway_ratio * z_ss {
+            return ((z + dq).within(self.z_max_rad), T::ZERO);
+        }
+        let alpha = if along >= z_ss {
             T::ONE
         } else {
             self.alpha(along / z_ss)
         };
-        presliding::advance(z_rad, dq_rad, alpha, z_ss, self.z_max_rad())
+        let share = presliding::share(z, dq, alpha, z_ss);
+        ((share * z_ss).within(self.z_max_rad), alpha * share.abs())
     }
 
     /// The same model over a sampled curve in another precision, for the interrupt.
@@ -152,23 +162,16 @@ impl<T: Real, C: Curve<T>> Friction<T> for ElastoPlastic<T, C> {
 
     #[inline]
     fn step(&self, state: &mut State<T>, motion: Motion<T>) -> T {
-        let Motion {
-            velocity_rad_s: v,
-            dt_s: dt,
-            ..
-        } = motion;
-        let z = state.z_rad;
-        let next = self.advance(z, v * dt, v.abs());
-        if !next.is_finite() {
-            return self.stiffness_nm_rad * z;
+        if !motion.is_usable() {
+            return self.stiffness_nm_rad * state.z_rad;
         }
+        let v = motion.velocity_rad_s;
+        let dq = motion.displacement_rad(self.z_max_rad);
+        let (next, plastic) = self.deflect(state.z_rad, dq, v.abs());
         state.z_rad = next;
-        let rate = if dt > T::ZERO {
-            (next - z) / dt
-        } else {
-            T::ZERO
-        };
-        self.stiffness_nm_rad * next + self.damping_nm_s_rad * rate + self.viscous_nm_s_rad * v
+        self.stiffness_nm_rad * next
+            + self.damping_nm_s_rad * (v - v * plastic)
+            + self.viscous_nm_s_rad * v
     }
 
     fn steady_state_nm(&self, velocity_rad_s: T) -> T {

@@ -2,13 +2,22 @@
 //!
 //! Sign: friction torque is counted positive against positive velocity, so that J dv/dt = u - F.
 
+pub mod armstrong;
+pub mod bliman_sorine;
+pub mod bristle;
+pub mod coulomb;
+pub mod dahl;
 pub mod elasto_plastic;
 pub mod elasto_plastic_fixed;
+pub mod karnopp;
+pub mod lugre;
 mod presliding;
+pub mod stiction;
 
 pub use elasto_plastic::ElastoPlastic;
 
 use crate::Real;
+use crate::error::{ParameterError, require};
 
 /// What a friction model sees of one time step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,6 +28,44 @@ pub struct Motion<T> {
     pub applied_nm: T,
     /// Length of the step.
     pub dt_s: T,
+}
+
+impl<T: Real> Motion<T> {
+    /// Whether a model can take the step: all finite, up to 1e30 rad/s, and from 0 to 1e6 s long.
+    ///
+    /// The limits keep every product of a model finite in f32. A model that is given anything else
+    /// leaves its state as it is and answers with the torque that state holds at rest without load.
+    #[inline]
+    pub fn is_usable(&self) -> bool {
+        self.velocity_rad_s.abs() <= T::of(1e30)
+            && self.applied_nm.is_finite()
+            && self.dt_s >= T::ZERO
+            && self.dt_s <= T::of(1e6)
+    }
+
+    /// Displacement in the step, limited to what bristles of deflection `z_max` can tell apart.
+    ///
+    /// Beyond `z_max` / epsilon the deflection is at its steady state, and products would overflow.
+    #[inline]
+    pub(crate) fn displacement_rad(&self, z_max: T) -> T {
+        (self.velocity_rad_s * self.dt_s).within(z_max / T::EPSILON)
+    }
+}
+
+/// Passes on a stiffness that gives deflections whose squares f32 can hold.
+fn stiffness<T: Real>(
+    stiffness_nm_rad: T,
+    least_nm: T,
+    largest_nm: T,
+) -> Result<T, ParameterError> {
+    require(
+        "stiffness_nm_rad",
+        stiffness_nm_rad,
+        stiffness_nm_rad > T::ZERO
+            && least_nm / stiffness_nm_rad >= T::of(1e-12)
+            && largest_nm / stiffness_nm_rad <= T::of(1e6),
+        "above zero and give deflections (friction / stiffness) of 1e-12 to 1e6 rad",
+    )
 }
 
 /// A friction model: parameters that do not change, and a state that a step advances.
