@@ -19,8 +19,12 @@ pub mod experiment;
 pub mod friction;
 pub mod observer;
 pub mod real;
+pub mod status;
 pub mod stribeck;
+pub mod supervisor;
 pub mod tick;
+pub mod trace;
+pub mod wire;
 
 pub use error::ParameterError;
 pub use real::Real;
