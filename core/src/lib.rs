@@ -11,13 +11,16 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod command;
 pub mod control;
+pub mod controller;
 pub mod design_check;
 pub mod encoder;
 pub mod error;
 pub mod experiment;
 pub mod friction;
 pub mod observer;
+pub mod parameters;
 pub mod real;
 pub mod status;
 pub mod stribeck;

@@ -7,14 +7,15 @@ pub use dac::{CODE_SPAN, init, write};
 #[cfg(feature = "pwm")]
 pub use pwm::{CODE_SPAN, init, start, write};
 
-/// Code of a torque: mid-scale plus its share of the span. `per_nm` is codes per N m.
+/// Code of a torque: mid-scale plus its share of half the span. `deflection_1_nm` is one over the torque at full scale.
 #[inline(always)]
-pub fn code(torque_nm: f32, per_nm: f32) -> u32 {
-    let middle = CODE_SPAN / 2;
-    // The conversion saturates and takes NaN to 0, which then is no torque.
-    let offset = (torque_nm * per_nm) as i32;
-    let code = (middle as i32).wrapping_add(offset);
-    code.clamp(0, CODE_SPAN as i32 - 1) as u32
+pub fn code(torque_nm: f32, deflection_1_nm: f32) -> u32 {
+    const MIDDLE: i32 = (CODE_SPAN / 2) as i32;
+    // Rounded half away from zero, so that both directions are alike. The conversion saturates and takes NaN to 0,
+    // which then is no torque.
+    let codes = torque_nm * deflection_1_nm * MIDDLE as f32;
+    let offset = (codes + 0.5_f32.copysign(codes)) as i32;
+    MIDDLE.saturating_add(offset).clamp(0, 2 * MIDDLE - 1) as u32
 }
 
 #[cfg(not(feature = "pwm"))]
