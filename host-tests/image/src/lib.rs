@@ -4,11 +4,13 @@
 //! Time is counted in estimated processor cycles: each instruction costs what the Cortex-M4 manual says for its class
 //! without flash wait states (see [`cycles`]). Instruction counts are exact and repeat; cycles are estimates.
 
+pub mod axis;
 pub mod bus;
 pub mod clocks;
 pub mod cycles;
 pub mod elf;
 pub mod exceptions;
+pub mod host;
 pub mod interrupts;
 pub mod machine;
 pub mod names;

@@ -82,6 +82,18 @@ struct Core {
     event: bool,
 }
 
+impl Cost {
+    /// Adds the runs of another.
+    pub fn add(&mut self, other: Self) {
+        self.runs += other.runs;
+        self.instructions += other.instructions;
+        self.cycles += other.cycles;
+        self.most_instructions = self.most_instructions.max(other.most_instructions);
+        self.most_cycles = self.most_cycles.max(other.most_cycles);
+        self.last_instructions = other.last_instructions;
+    }
+}
+
 impl Core {
     fn now(&mut self) -> &mut Bus {
         self.bus.now = self.bus.now.max(self.cycles);
@@ -224,6 +236,50 @@ impl Machine {
     pub fn register(&self, index: i32) -> u32 {
         let first = RegisterARM::R0 as i32;
         self.uc.reg_read(first + index).unwrap_or(0) as u32
+    }
+
+    /// Calls a function with two arguments in core registers, with nothing else running, and gives its result and cost.
+    ///
+    /// # Errors
+    /// A fault in it.
+    pub fn call(&mut self, function: u32, arguments: [u32; 2]) -> Result<(u32, Cost), String> {
+        let before = (self.instructions(), self.cycles());
+        for (i, argument) in arguments.into_iter().enumerate() {
+            let register = RegisterARM::R0 as i32 + i as i32;
+            self.uc
+                .reg_write(register, u64::from(argument))
+                .map_err(text)?;
+        }
+        self.uc
+            .reg_write(RegisterARM::LR, NOWHERE | 1)
+            .map_err(text)?;
+        let core = self.uc.get_data_mut();
+        core.deadline = u64::MAX;
+        core.impatient = false;
+        core.bus.attention = false;
+        core.last_end = 0;
+        let result = self.uc.emu_start(u64::from(function | 1), NOWHERE, 0, 0);
+        if let Some(fault) = self.uc.get_data().bus.fault.clone() {
+            return Err(fault);
+        }
+        result.map_err(|e| format!("{e:?} at {:#x}", self.pc()))?;
+        if u64::from(self.pc()) != NOWHERE {
+            return Err(format!("stopped at {:#x}", self.pc()));
+        }
+        let (instructions, cycles) = (
+            self.instructions() - before.0,
+            // The return is a taken branch.
+            self.cycles() - before.1 + u64::from(cycles::REFILL),
+        );
+        let cost = Cost {
+            runs: 1,
+            instructions,
+            most_instructions: instructions,
+            cycles,
+            most_cycles: cycles,
+            last_instructions: instructions,
+        };
+        Ok((self.register(0), cost))
     }
 
     /// Where the program is.
