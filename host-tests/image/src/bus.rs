@@ -335,6 +335,11 @@ impl Bus {
         self.hold_ticks_until = cycle;
     }
 
+    /// The cycle of the tick timer's next overflow.
+    pub fn next_tick(&self) -> Option<u64> {
+        self.timers[TICK].next_event(self.now)
+    }
+
     /// The next cycle at which something happens by itself.
     pub fn next_event(&self) -> Option<u64> {
         let timers = self.timers.iter().filter_map(|t| t.next_event(self.now));

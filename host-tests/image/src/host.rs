@@ -1,7 +1,6 @@
 //! The other end of the link: what a host with a debug probe does, and an image with its axis to do it to.
 
 use crate::axis::{BenchAxis, Knobs};
-use crate::bus::TICK;
 use crate::elf::Image;
 use crate::machine::{Machine, Stop};
 use crate::rtt::Rtt;
@@ -46,17 +45,17 @@ pub struct Session<'a> {
     pub knobs: Rc<RefCell<Knobs>>,
     /// What came over the link.
     pub heard: Heard,
-    /// The host polls and keeps the image awake; a stalled one does neither.
+    /// The host neither reads nor writes.
     pub stalled: bool,
+    /// The host sends keep-alives but does not read.
+    pub deaf: bool,
     /// Keeps every sample, not the last only.
     pub keep: bool,
     rtt: Rtt,
-    table: &'a Table,
     log: Box<dyn defmt_decoder::StreamDecoder + Send + Sync + 'a>,
     frames: Box<Decoder<{ MOST_PAYLOAD_BYTES + OVERHEAD_BYTES }>>,
     next_number: u16,
     kept_alive: u64,
-    polled: u64,
 }
 
 impl<'a> Session<'a> {
@@ -71,14 +70,13 @@ impl<'a> Session<'a> {
             knobs,
             heard: Heard::default(),
             stalled: false,
+            deaf: false,
             keep: true,
             rtt: Rtt::find(image)?,
-            table,
             log: table.new_stream_decoder(),
             frames: Box::default(),
             next_number: 0,
             kept_alive: 0,
-            polled: 0,
         })
     }
 
@@ -128,7 +126,18 @@ impl<'a> Session<'a> {
         if self.stalled || !self.rtt.ready(&self.machine)? {
             return Ok(());
         }
-        self.polled += 1;
+        if !self.deaf {
+            self.read()?;
+        }
+        let ticks = self.ticks();
+        if ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
+            self.kept_alive = ticks;
+            self.send(&Command::KeepAlive)?;
+        }
+        Ok(())
+    }
+
+    fn read(&mut self) -> Result<(), String> {
         let bytes = self.rtt.up(0).take(&mut self.machine)?;
         self.log.received(&bytes);
         loop {
@@ -140,11 +149,6 @@ impl<'a> Session<'a> {
         }
         let bytes = self.rtt.up(1).take(&mut self.machine)?;
         self.take_frames(&bytes);
-        let ticks = self.ticks();
-        if ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
-            self.kept_alive = ticks;
-            self.send(&Command::KeepAlive)?;
-        }
         Ok(())
     }
 
@@ -230,15 +234,5 @@ impl<'a> Session<'a> {
             let fault = r.status.fault().filter(|&f| f != Fault::None)?;
             (r.tick >= from).then_some((*r, fault))
         })
-    }
-
-    /// Whether the tick's interrupt is due but not yet taken.
-    pub fn tick_pends(&mut self) -> bool {
-        self.machine.bus().timers[TICK].line()
-    }
-
-    /// The table of log lines.
-    pub fn table(&self) -> &Table {
-        self.table
     }
 }

@@ -122,10 +122,9 @@ fn sine_from_reset_to_log_equals_the_host() {
 
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("sine.csv");
     std::fs::write(&path, csv(records)).unwrap();
-    println!(
-        "log of {} samples written; {speed:.0} ticks/s",
-        records.len()
-    );
+    let log = bristle_gap::log::Log::read(&path).unwrap();
+    assert_eq!((log.len(), log.gaps().len()), (records.len(), 0));
+    println!("log of {} samples; {speed:.0} ticks/s", log.len());
     // Real time.
     assert!(speed > 10_000.0, "{speed:.0} ticks/s");
 }
