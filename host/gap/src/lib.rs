@@ -4,6 +4,7 @@
 //! and the remedy in one line. No input makes this crate panic.
 
 pub mod axis_file;
+pub mod believed;
 pub mod error;
 mod input;
 pub mod log;
@@ -12,6 +13,7 @@ pub mod output;
 pub mod report;
 
 pub use axis_file::AxisFile;
+pub use believed::Believed;
 pub use bristle_plant::Unit;
 pub use error::InputError;
 pub use log::Log;
