@@ -127,7 +127,12 @@ fn simulate(args: &Args, setup: &Setup, amplitude_nm: f64) -> Result<Run, InputE
         believed.viscous_nm_s_rad as f32,
     );
     // The same pole as the Luenberger-like observer's; if that one was built, so can this one.
-    let linear = ReducedOrder::new(system, [believed.l1_1_s as f32], step_s as f32).ok();
+    let linear = ReducedOrder::new(
+        system,
+        [believed.observer_settings(step_s).l1_1_s as f32],
+        step_s as f32,
+    )
+    .ok();
     let mut linear_state = reduced_order::State::default();
     let count = believed.rad_per_count();
     let ticks = (args.seconds * believed.rate_hz).round() as usize;
@@ -291,10 +296,10 @@ fn report(
         .plot(
             over_time("Velocity")
                 .y("velocity", &speed)
-                .line("truth", &run.velocity_rad_s)
-                .line("Luenberger-like", &run.luenberger_rad_s)
+                .line("plain difference", &run.difference_rad_s)
                 .line("linear reduced-order", &run.linear_rad_s)
-                .line("plain difference", &run.difference_rad_s),
+                .line("Luenberger-like", &run.luenberger_rad_s)
+                .line("truth", &run.velocity_rad_s),
         )
         .plot(
             over_time("Bristle deflection z")
