@@ -6,7 +6,7 @@ use bristle_core::experiment::Experiment;
 use bristle_core::observer::{ReducedOrder, reduced_order};
 use bristle_gap::believed::Noise;
 use bristle_gap::report::{Plot, Report, Table};
-use bristle_gap::signal::rms;
+use bristle_gap::signal::{rms, samples};
 use bristle_gap::{Believed, InputError};
 use bristle_plant::Rig;
 use serde::Serialize;
@@ -135,7 +135,7 @@ fn simulate(args: &Args, setup: &Setup, amplitude_nm: f64) -> Result<Run, InputE
     .ok();
     let mut linear_state = reduced_order::State::default();
     let count = believed.rad_per_count();
-    let ticks = (args.seconds * believed.rate_hz).round() as usize;
+    let ticks = samples(args.seconds, believed.rate_hz)?;
     let mut rig = Rig::new(tick, axis, experiment);
     let progress = Progress::new("bench");
     let mut run = Run::default();

@@ -7,7 +7,7 @@ use bristle_gap::axis_file::FrictionModel;
 use bristle_gap::believed::Noise;
 use bristle_gap::experiments::Named;
 use bristle_gap::report::{Plot, Report, Table};
-use bristle_gap::signal::rms;
+use bristle_gap::signal::{rms, samples};
 use bristle_plant::Rig;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -121,7 +121,7 @@ fn play(
         _ => 0.0,
     };
     let mut rig = Rig::new(tick, axis, named.experiment(believed, believed.rate_hz));
-    let ticks = (seconds * believed.rate_hz).round() as usize;
+    let ticks = samples(seconds, believed.rate_hz)?;
     let mut run = Run::default();
     for k in 0..ticks {
         let truth = rig.advance().truth;

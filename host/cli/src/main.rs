@@ -8,6 +8,7 @@ mod output;
 mod setup;
 mod simulate;
 
+use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -40,24 +41,34 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Bench(args) => bench::run(&args),
-        Command::Observe(args) => observe::run(&args),
-        Command::Simulate(args) => simulate::run(&args),
-        Command::Check(args) => check::run(&args),
-        Command::Compare(args) => compare::run(&args),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "bristle", &mut script);
-            output::print(&String::from_utf8_lossy(&script));
-            Ok(())
-        }
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
+    let command = Cli::parse().command;
+    match std::panic::catch_unwind(|| run(&command)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
             eprintln!("{error}");
             ExitCode::from(2)
+        }
+        Err(_) => {
+            eprintln!(
+                "this is a fault of bristle, not of your input; please report it with the lines above"
+            );
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<(), InputError> {
+    match command {
+        Command::Bench(args) => bench::run(args),
+        Command::Observe(args) => observe::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);
+            output::print(&String::from_utf8_lossy(&script));
+            Ok(())
         }
     }
 }

@@ -214,6 +214,8 @@ fn bad_usage() {
         &["bensh"],
         &["bench", "--seconds", "-1"],
         &["bench", "--seconds", "nan"],
+        &["bench", "--seconds", "1e12"],
+        &["compare", "--seconds", "1e12"],
         &["observe", "--axis", "axis.toml"],
         &["simulate", "--axis", "axis.toml", "--out", "out.csv"],
         &[

@@ -5,7 +5,7 @@ use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
-use crate::signal::{correlation, derivative, interpolate, means, rms, zero_phase};
+use crate::signal::{correlation, derivative, interpolate, means, rms, samples, zero_phase};
 use bristle_core::observer::{luenberger, time_free};
 use bristle_core::stribeck::Curve;
 use bristle_core::tick::{Tick, TorquePath, TorquePathState};
@@ -131,7 +131,7 @@ pub fn observe(
             times.to_vec()
         } else {
             let span = times[times.len() - 1] - times[0];
-            let samples = (span / step_s + 1e-9).floor() as usize + 1;
+            let samples = samples(span + step_s, rate_hz)?;
             (0..samples).map(|k| times[0] + k as f64 * step_s).collect()
         };
         if at.len() < 2 || times.len() < 2 {

@@ -1,6 +1,30 @@
 //! Sampled signals: resampling, zero-phase filtering, derivatives, and how far two of them lie apart.
 
+use crate::error::InputError;
 use biquad::{Biquad, Coefficients, DirectForm2Transposed, Q_BUTTERWORTH_F64, ToHertz, Type};
+
+/// Most samples that a command holds in memory, some 2 GB of signals.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// Number of samples in a time.
+///
+/// # Errors
+/// More than 20 million of them, or none.
+pub fn samples(seconds: f64, rate_hz: f64) -> Result<usize, InputError> {
+    let samples = (seconds * rate_hz + 1e-9).floor();
+    if (1.0..=MOST_SAMPLES).contains(&samples) {
+        return Ok(samples as usize);
+    }
+    Err(InputError::new(
+        format!("{seconds} s at {rate_hz} Hz"),
+        if samples < 1.0 {
+            "not one sample".to_string()
+        } else {
+            format!("{samples} samples, more than {MOST_SAMPLES}")
+        },
+        "choose another length or rate",
+    ))
+}
 
 /// Root of the mean square; zero for nothing.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -161,6 +185,14 @@ mod tests {
         assert!((correlation(&a, &b) + 1.0).abs() < 1e-12);
         assert!((correlation(&a, &a) - 1.0).abs() < 1e-12);
         assert!(correlation(&a, &[1.0; 4]).is_nan());
+    }
+
+    #[test]
+    fn counts_samples_within_reason() {
+        assert_eq!(samples(0.3, 1e4).unwrap(), 3000);
+        assert!(samples(1e-9, 1e3).is_err());
+        assert!(samples(1e9, 1e9).is_err());
+        assert!(samples(1.0, f64::NAN).is_err());
     }
 
     #[test]

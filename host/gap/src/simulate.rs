@@ -5,7 +5,7 @@ use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::experiments::Named;
 use crate::log::{EffortKind, Log};
-use crate::signal::{derivative, interpolate, means};
+use crate::signal::{derivative, interpolate, means, samples};
 use bristle_core::experiment::{Player, Reference};
 use bristle_plant::drive::DriveConfig;
 
@@ -120,7 +120,7 @@ fn prepare(
     match input {
         Input::Experiment(named, seconds) => {
             let rate_hz = believed.rate_hz;
-            let samples = (seconds * rate_hz).round() as usize;
+            let samples = samples(*seconds, rate_hz)?;
             let mut player = Player::new(named.experiment::<f64>(believed, rate_hz), 1.0 / rate_hz);
             let references: Vec<_> = (0..samples).map(|_| player.next_tick()).collect();
             let positions: Option<Vec<f64>> = references
@@ -148,7 +148,7 @@ fn prepare(
                 )
             } else {
                 let span = log.time_s[log.len() - 1] - log.time_s[0];
-                let samples = (span / step_s + 1e-9).floor() as usize + 1;
+                let samples = samples(span + step_s, 1.0 / step_s)?;
                 let even: Vec<f64> = (0..samples)
                     .map(|k| log.time_s[0] + k as f64 * step_s)
                     .collect();
