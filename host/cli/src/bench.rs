@@ -143,6 +143,9 @@ fn simulate(args: &Args, setup: &Setup, amplitude_nm: f64) -> Result<Run, InputE
     for k in 0..ticks {
         let record = rig.advance();
         let (sample, truth) = (record.sample, record.truth);
+        if !truth.motion.position_rad.is_finite() {
+            return Err(believed.diverged(truth.time_s));
+        }
         let travel = f64::from(sample.step_counts) * count;
         if let Some(linear) = &linear {
             linear.step(&mut linear_state, 0.0, travel as f32, torque_nm as f32);

@@ -125,6 +125,9 @@ fn play(
     let mut run = Run::default();
     for k in 0..ticks {
         let truth = rig.advance().truth;
+        if !truth.motion.position_rad.is_finite() {
+            return Err(believed.diverged(truth.time_s));
+        }
         run.time_s.push(truth.time_s);
         run.position_rad.push(truth.motion.position_rad);
         run.friction_nm.push(truth.friction_nm);

@@ -160,6 +160,16 @@ impl Believed {
             if linear { 1e8 } else { f64::from(1 << 24) },
             "fine enough to ignore",
         );
+        if !(1.0..=f64::from(i32::MAX)).contains(&counts_per_turn.round()) {
+            return Err(InputError::new(
+                path,
+                format!(
+                    "{} = {counts_per_turn} is not from 1 to 2147483647",
+                    name("counts_per_rev", "counts_per_m")
+                ),
+                "give the counts after quadrature, or leave the key out for a fine encoder",
+            ));
+        }
         let shape = shape(file, coulomb_nm, stiction_nm, stribeck_velocity_rad_s);
         let drive = DriveConfig {
             delay_samples: file.drive.delay_samples.unwrap_or(1) as usize,
@@ -231,6 +241,15 @@ impl Believed {
             &self.path,
             error.to_string(),
             "correct it, or leave it out to have the stated default",
+        )
+    }
+
+    /// The error of a simulation whose numbers left all bounds.
+    pub fn diverged(&self, time_s: f64) -> InputError {
+        InputError::new(
+            &self.path,
+            format!("the simulation diverges at {time_s:.6} s"),
+            "check inertia, stiffness and damping; the axis is stiffer than a sample can be cut into steps for",
         )
     }
 

@@ -88,6 +88,9 @@ pub fn simulate(
     for k in 0..samples {
         let reading = virtual_axis.reading();
         let truth = virtual_axis.truth();
+        if !truth.motion.position_rad.is_finite() {
+            return Err(believed.diverged(truth.time_s));
+        }
         let torque = match &drive {
             Drive::Measured(torque) | Drive::Commanded(torque) => torque[k],
             Drive::Loop(references) => controller.as_mut().map_or(0.0, |(tick, state)| {
