@@ -73,14 +73,18 @@ fn compile(options: &[String]) -> Option<PathBuf> {
     let folder = root().join("firmware");
     // The folder's own configuration names the target.
     cargo.current_dir(&folder).args(["build", "--release"]);
+    let mut target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or(folder.join("target"), PathBuf::from);
     if has("--pwm") {
         cargo.args(["--features", "pwm"]);
+        // Beside the plain image, which tests and tools expect at its place.
+        target.push("pwm");
     }
+    cargo.env("CARGO_TARGET_DIR", &target);
     eprintln!("+ cd {} && {cargo:?}", folder.display());
     if !cargo.status().is_ok_and(|status| status.success()) {
         return None;
     }
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(folder.join("target"), PathBuf::from);
     Some(target.join(TARGET).join("release/bristle-firmware"))
 }
 
