@@ -14,6 +14,10 @@ pub const MOST_COMMAND_BYTES: usize = 256;
 
 /// What the host asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "no allocation, and one command at a time"
+)]
 pub enum Command {
     /// The host is there.
     KeepAlive,

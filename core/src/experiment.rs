@@ -232,6 +232,7 @@ fn of_ticks<T: Real>(ticks: u32) -> T {
 }
 
 /// Sine and cosine at a phase of a period.
+#[inline(always)]
 fn sine<T: Real>(phase: u32, period: u32) -> (T, T) {
     let turns = of_ticks::<T>(phase) / of_ticks(period.max(1));
     (sine_of_turns(turns), sine_of_turns(turns + T::of(0.25)))

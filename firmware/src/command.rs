@@ -12,7 +12,6 @@ use bristle_core::wire::Decoder;
 use core::sync::atomic::Ordering;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use heapless::spsc::Producer;
 
 use crate::rtt::Down;
 use crate::trace::{PARAMETER_VERSION, send};
@@ -24,13 +23,13 @@ pub static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// The command task's state.
 pub struct Commands {
     link: Down,
-    orders: Producer<'static, Order>,
+    orders: exchange::OrderIn,
     parameters: Parameters,
 }
 
 impl Commands {
     /// With the parameters that the tick started on.
-    pub fn new(link: Down, orders: Producer<'static, Order>, parameters: Parameters) -> Self {
+    pub fn new(link: Down, orders: exchange::OrderIn, parameters: Parameters) -> Self {
         Self {
             link,
             orders,
@@ -86,9 +85,10 @@ impl Commands {
                 };
             }
         };
-        match self.orders.enqueue(order) {
-            Ok(()) => accepted(),
-            Err(_) => Reply::Busy,
+        if self.orders.put(order) {
+            accepted()
+        } else {
+            Reply::Busy
         }
     }
 

@@ -5,14 +5,22 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
+use crate::ring::{Putter, Ring, Taker};
+use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES};
 use bristle_core::controller::{Controller, Order};
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
-use heapless::spsc::{Consumer, Producer, Queue};
 
-use crate::timing::QUEUE_SAMPLES;
+/// The tick's end of the sample queue, and the other one.
+pub type SampleIn = Putter<Record, QUEUE_SAMPLES>;
+/// See [`SampleIn`].
+pub type SampleOut = Taker<Record, QUEUE_SAMPLES>;
+/// The command task's end of the order queue, and the tick's.
+pub type OrderIn = Putter<Order, QUEUE_ORDERS>;
+/// See [`OrderIn`].
+pub type OrderOut = Taker<Order, QUEUE_ORDERS>;
 
 /// A place that one context at a time reaches.
 pub struct Place<T>(UnsafeCell<MaybeUninit<T>>);
@@ -52,9 +60,9 @@ pub struct TickSide {
     /// Everything that a tick changes.
     pub controller: Controller,
     /// Samples out.
-    pub samples: Producer<'static, Record>,
+    pub samples: SampleIn,
     /// Orders in.
-    pub orders: Consumer<'static, Order>,
+    pub orders: OrderOut,
     /// The sample before found the queue full.
     pub overrun: bool,
     /// The tick before was late, lost or too long.
@@ -75,8 +83,8 @@ static ACTIVE: AtomicU32 = AtomicU32::new(0);
 /// Slot that it shall run on. Written outside.
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
-static SAMPLES: Place<Queue<Record, QUEUE_SAMPLES>> = Place::empty();
-static ORDERS: Place<Queue<Order, 8>> = Place::empty();
+static SAMPLES: Ring<Record, QUEUE_SAMPLES> = Ring::new();
+static ORDERS: Ring<Order, QUEUE_ORDERS> = Ring::new();
 
 /// Samples that found the queue full.
 #[unsafe(no_mangle)]
@@ -85,9 +93,9 @@ pub static QUEUE_OVERRUNS: AtomicU32 = AtomicU32::new(0);
 /// The ends of the queues outside of the tick.
 pub struct Ends {
     /// Samples out.
-    pub samples: Consumer<'static, Record>,
+    pub samples: SampleOut,
     /// Orders in.
-    pub orders: Producer<'static, Order>,
+    pub orders: OrderIn,
 }
 
 /// Fills all places and splits the queues.
@@ -98,10 +106,8 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
         CONFIGS[0].fill(config);
-        SAMPLES.fill(Queue::new());
-        ORDERS.fill(Queue::new());
-        let (samples_in, samples_out) = SAMPLES.get().split();
-        let (orders_in, orders_out) = ORDERS.get().split();
+        let (samples_in, samples_out) = SAMPLES.split();
+        let (orders_in, orders_out) = ORDERS.split();
         TICK.fill(TickSide {
             controller,
             samples: samples_in,
@@ -123,8 +129,10 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
 /// Only for the tick, once at its start.
 #[inline(always)]
 pub unsafe fn config() -> &'static Config {
-    let next = NEXT.load(Ordering::Acquire);
-    ACTIVE.store(next, Ordering::Release);
+    let next = NEXT.load(Ordering::Relaxed);
+    // On one core only the compiler could put reads of the slot before this.
+    compiler_fence(Ordering::SeqCst);
+    ACTIVE.store(next, Ordering::Relaxed);
     let [first, second] = &CONFIGS;
     let slot = if next == 0 { first } else { second };
     // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
@@ -134,7 +142,7 @@ pub unsafe fn config() -> &'static Config {
 
 /// True while the tick has not yet taken over the parameters offered last.
 pub fn offer_is_pending() -> bool {
-    NEXT.load(Ordering::Relaxed) != ACTIVE.load(Ordering::Acquire)
+    NEXT.load(Ordering::Relaxed) != ACTIVE.load(Ordering::Relaxed)
 }
 
 /// Offers parameters to the tick; false while an offer is pending. Only for the command task.
@@ -147,6 +155,7 @@ pub fn offer(config: &Config) -> bool {
     let slot = if free == 0 { first } else { second };
     // SAFETY: the tick runs on the other slot, and will until `NEXT` names this one.
     unsafe { slot.fill(*config) };
-    NEXT.store(free, Ordering::Release);
+    compiler_fence(Ordering::SeqCst);
+    NEXT.store(free, Ordering::Relaxed);
     true
 }

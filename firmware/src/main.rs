@@ -15,6 +15,7 @@ mod critical;
 mod exchange;
 mod log;
 mod output;
+mod ring;
 mod rtt;
 mod safety;
 mod tick;

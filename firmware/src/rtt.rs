@@ -32,14 +32,16 @@ struct Channel {
 }
 
 impl Channel {
-    const EMPTY: Self = Self {
-        name: AtomicPtr::new(core::ptr::null_mut()),
-        buffer: AtomicPtr::new(core::ptr::null_mut()),
-        size: AtomicU32::new(0),
-        write: AtomicU32::new(0),
-        read: AtomicU32::new(0),
-        flags: AtomicU32::new(0),
-    };
+    const fn closed() -> Self {
+        Self {
+            name: AtomicPtr::new(core::ptr::null_mut()),
+            buffer: AtomicPtr::new(core::ptr::null_mut()),
+            size: AtomicU32::new(0),
+            write: AtomicU32::new(0),
+            read: AtomicU32::new(0),
+            flags: AtomicU32::new(0),
+        }
+    }
 
     fn open(&self, name: &'static CStr, buffer: *mut u8, size: usize) {
         self.name
@@ -71,8 +73,8 @@ static _SEGGER_RTT: Block = Block {
     id: UnsafeCell::new([0; 16]),
     up_channels: AtomicU32::new(0),
     down_channels: AtomicU32::new(0),
-    up: [Channel::EMPTY; 2],
-    down: [Channel::EMPTY; 1],
+    up: [Channel::closed(), Channel::closed()],
+    down: [Channel::closed()],
 };
 
 struct Bytes<const N: usize>(UnsafeCell<[u8; N]>);

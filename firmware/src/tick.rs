@@ -73,12 +73,12 @@ unsafe extern "C" fn TIM7_DAC() {
         drive_healthy: board::drive_is_healthy(),
         late: side.late | lost | (latency > timing::LATE_CYCLES),
         overrun: side.overrun,
-        order: side.orders.dequeue(),
+        order: side.orders.take(),
     };
     let out = side.controller.step(config, &input);
     output::write(output::code(out.torque_nm, config.deflection_1_nm));
     board::set_drive_enable(out.drive_enabled);
-    side.overrun = side.samples.enqueue(out.record).is_err();
+    side.overrun = !side.samples.put(out.record);
     if side.overrun {
         count(&QUEUE_OVERRUNS);
     }

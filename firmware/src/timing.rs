@@ -54,9 +54,12 @@ pub const PRIORITY_HIGHEST_MASKED: u8 = 1;
 /// The spare interrupt that wakes the tasks, and all of embassy's.
 pub const PRIORITY_TASKS: u8 = 8;
 
-/// Samples that the queue out of the handler holds: 51 ms, twice the longest that the tasks could be held up before the
-/// watchdog ends it.
+/// Samples that the queue out of the handler holds: 51 ms, twice the longest that the spare interrupt could be held up
+/// before the watchdog ends it. A power of two.
 pub const QUEUE_SAMPLES: usize = 512;
+
+/// Orders that the queue into the handler holds; it takes one a tick, the host sends at most some in a millisecond.
+pub const QUEUE_ORDERS: usize = 8;
 
 /// Periods of the torque PWM in a tick, with the `pwm` feature: 40 kHz, above hearing and far above the drive's filter.
 pub const PWM_PER_TICK: u32 = 4;

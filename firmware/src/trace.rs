@@ -11,7 +11,6 @@ use bristle_core::supervisor::Fault;
 use bristle_core::trace::{self as wire, MOST_SAMPLES, Record, SAMPLE_BYTES};
 use bristle_core::wire::OVERHEAD_BYTES;
 use critical_section::Mutex;
-use heapless::spsc::Consumer;
 
 use crate::log::LOG_FRAMES_DROPPED;
 use crate::rtt::Up;
@@ -33,7 +32,7 @@ static LINK: Mutex<RefCell<Option<Up>>> = Mutex::new(RefCell::new(None));
 
 /// What a run keeps for the next one.
 pub struct Trace {
-    samples: Consumer<'static, Record>,
+    samples: exchange::SampleOut,
     last: Record,
     fault: Fault,
     frame: [u8; MOST_SAMPLES * SAMPLE_BYTES + OVERHEAD_BYTES],
@@ -41,7 +40,7 @@ pub struct Trace {
 
 impl Trace {
     /// Opens the link.
-    pub fn new(samples: Consumer<'static, Record>, link: Up) -> Self {
+    pub fn new(samples: exchange::SampleOut, link: Up) -> Self {
         critical_section::with(|cs| LINK.borrow_ref_mut(cs).replace(link));
         Self {
             samples,
@@ -59,7 +58,7 @@ impl Trace {
             let mut frame = wire::begin(&mut self.frame);
             let mut count = 0;
             while usize::from(count) < MOST_SAMPLES
-                && let Some(record) = self.samples.dequeue()
+                && let Some(record) = self.samples.take()
             {
                 wire::put(&mut frame, &record);
                 count += 1;

@@ -121,7 +121,8 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
             regime,
             growth,
             nearest: nearest_passing(settings.l1_1_s.to_f64(), scale, |l1| {
-                largest_growth(&friction, &settings, l1).1 < LARGEST_GROWTH
+                // As the gain will be held.
+                largest_growth(&friction, &settings, T::of(l1).to_f64()).1 < LARGEST_GROWTH
             }),
         }))
     }

@@ -119,13 +119,27 @@ pub fn nearest_passing(gain: f64, scale: f64, passes: impl Fn(f64) -> bool) -> O
                         fails = middle;
                     }
                 }
-                return Some(holds);
+                return Some(short(holds, holds - fails, scale, &passes));
             }
             *last = candidate;
         }
         distance *= 1.1;
     }
     None
+}
+
+/// A passing value of six digits next to `holds`, towards `inward`: what is printed has to pass when it is read back, in
+/// single precision too.
+fn short(holds: f64, inward: f64, scale: f64, passes: &impl Fn(f64) -> bool) -> f64 {
+    let size = libm::fmax(holds.abs(), scale * 1e-6);
+    let digit = libm::pow(10.0, libm::floor(libm::log10(size)) - 5.0);
+    let nearest = libm::round(holds / digit);
+    let step = if inward < 0.0 { -1.0 } else { 1.0 };
+    [0.0, 1.0, 2.0]
+        .into_iter()
+        .map(|steps| (nearest + steps * step) * digit)
+        .find(|&value| passes(value))
+        .unwrap_or(holds)
 }
 
 #[cfg(test)]
@@ -161,5 +175,18 @@ mod tests {
         let edge = nearest_passing(500.0, 1e4, |g| (565.0..2e4).contains(&g)).unwrap();
         assert!((edge - 565.0).abs() < 1e-6);
         assert_eq!(nearest_passing(500.0, 1e4, |_| false), None);
+    }
+
+    #[test]
+    fn names_a_gain_of_six_digits_that_passes() {
+        for (gain, low, high, named) in [
+            (500.0, 562.313_412_4, 1e4, 562.314),
+            (500.0, 562.313_000_1, 1e4, 562.314),
+            (2e4, 0.0, 16_853.98, 16_853.9),
+            (-3.0, -1.5, 0.0, -1.5),
+        ] {
+            let found = nearest_passing(gain, 1e4, |g| (low..high).contains(&g)).unwrap();
+            assert!((found - named).abs() < 1e-6, "{found} for {named}");
+        }
     }
 }

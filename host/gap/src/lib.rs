@@ -4,14 +4,20 @@
 //! and the remedy in one line. No input makes this crate panic.
 
 pub mod axis_file;
+pub mod believed;
 pub mod error;
+pub mod experiments;
 mod input;
 pub mod log;
 mod names;
+pub mod observe;
 pub mod output;
 pub mod report;
+pub mod signal;
+pub mod simulate;
 
 pub use axis_file::AxisFile;
+pub use believed::Believed;
 pub use bristle_plant::Unit;
 pub use error::InputError;
 pub use log::Log;

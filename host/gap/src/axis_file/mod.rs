@@ -87,6 +87,8 @@ pub struct Drive {
     pub lag_s: Option<f64>,
     /// The drive's own limit, N m or N.
     pub torque_limit: Option<f64>,
+    /// Fastest that the axis may move, rad/s or m/s.
+    pub speed_limit: Option<f64>,
     /// Samples from a value's calculation to its output.
     pub delay_samples: Option<u32>,
 }
