@@ -296,4 +296,45 @@ mod tests {
             Verdict::Good
         );
     }
+
+    #[test]
+    fn noise_is_what_a_quantised_ramp_gives() {
+        let s = luenberger::Settings {
+            inertia_kg_m2: 2.5246e-5,
+            rad_per_count: core::f64::consts::TAU / 16384.0,
+            sample_time_s: 1e-4,
+            l1_1_s: 1700.0,
+            l2: 0.0,
+            offset_nm: 0.0,
+            max_speed_rad_s: 314.0,
+            max_torque_nm: 1.0,
+        };
+        let viscous = 0.0029;
+        let (mut difference_sum, mut estimate_sum) = (0.0, 0.0);
+        // At one speed the errors of neighbouring samples hang together; over the speeds of a count they average out.
+        let speeds = 97;
+        let samples = 2_000;
+        for speed in 0..speeds {
+            let per_sample = 7.0 + (f64::from(speed) + 0.382) / f64::from(speeds);
+            let v = per_sample * s.rad_per_count / s.sample_time_s;
+            let (mut estimate, mut last) = (v, 0.0);
+            for k in 1..=samples {
+                let counts = (f64::from(k) * per_sample).floor();
+                let step_rad = (counts - last) * s.rad_per_count;
+                last = counts;
+                // The observer in sliding, where friction is known up to its viscous part.
+                estimate += s.l1_1_s * (step_rad - s.sample_time_s * estimate)
+                    - s.sample_time_s * viscous / s.inertia_kg_m2 * (estimate - v);
+                difference_sum += (step_rad / s.sample_time_s - v).powi(2);
+                estimate_sum += (estimate - v).powi(2);
+            }
+        }
+        let samples = samples * speeds;
+        let rms = |sum: f64| (sum / f64::from(samples)).sqrt();
+        let difference = difference_noise_rad_s(s.rad_per_count, s.sample_time_s);
+        let observer = luenberger_noise_rad_s(&s, viscous);
+        // The average over 97 speeds is a sum for the integral over a count: a twentieth covers it.
+        assert!((rms(difference_sum) / difference - 1.0).abs() < 0.05);
+        assert!((rms(estimate_sum) / observer - 1.0).abs() < 0.05);
+    }
 }
