@@ -162,6 +162,10 @@ impl<T: Real> Curve<T> for Stribeck<T> {
             }
             Shape::Gaussian { .. } => {
                 let x = speed_rad_s * self.per_velocity;
+                // exp(-50) is 2e-22: lost in the rounding of F_C for any fall of less than 10^5 times it.
+                if x * x > T::of(50.0) {
+                    return self.coulomb_nm;
+                }
                 self.coulomb_nm + fall * (-(x * x)).exp()
             }
             Shape::GeneralisedExponential { rate, exponent } => {
