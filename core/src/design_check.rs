@@ -96,7 +96,7 @@ pub fn check<C: Curve<f64> + Copy>(
         Finding {
             name: "presliding damping ratio",
             value: damping_ratio,
-            unit: "1",
+            unit: "",
             verdict: if damping_ratio >= 0.1 {
                 Verdict::Good
             } else {

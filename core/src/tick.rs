@@ -4,7 +4,7 @@
 use crate::control::{self, Cascade};
 use crate::encoder::{self, Encoder};
 use crate::error::{ParameterError, not_negative, positive, require};
-use crate::experiment::Player;
+use crate::experiment::{Player, Reference};
 use crate::observer::{Estimate, Luenberger, TimeFree, luenberger, time_free};
 use crate::real::Real;
 use crate::stribeck::Curve;
@@ -133,9 +133,15 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         }
     }
 
-    /// One tick: the counter reading in, the torque reference out.
+    /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
+        self.follow(state, raw, player.next_tick())
+    }
+
+    /// One tick towards a reference that comes from elsewhere.
+    #[inline]
+    pub fn follow(&self, state: &mut State<T>, raw: u32, reference: Reference<T>) -> Sample<T> {
         let torque_nm = self
             .torque_path
             .step(&mut state.torque_path, state.reference_nm);
@@ -149,7 +155,6 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             None => 0,
         };
         let estimate = state.luenberger.estimate;
-        let reference = player.next_tick();
         let torque_ref_nm = self.control.step(
             &mut state.control,
             reference,

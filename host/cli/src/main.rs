@@ -1,2 +1,84 @@
-//! The `bristle` command.
-fn main() {}
+//! The `bristle` command: know and close the gap between a servo axis and its model.
+
+mod bench;
+mod check;
+mod compare;
+mod observe;
+mod output;
+mod setup;
+mod simulate;
+
+use bristle_gap::InputError;
+use clap::{CommandFactory, Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Know and close the gap between a servo axis and its model.
+///
+/// Exit code 0: a result was produced. 2: bad input or bad usage. 1: a fault of the program.
+#[derive(Parser)]
+#[command(version, propagate_version = true, max_term_width = 100)]
+#[command(after_help = "Start with `bristle bench`: it needs no board and no files.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Bench(bench::Args),
+    Observe(observe::Args),
+    Simulate(simulate::Args),
+    Check(check::Args),
+    Compare(compare::Args),
+    /// Print shell completions.
+    #[command(
+        after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
+    )]
+    Completions {
+        /// For which shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    match std::panic::catch_unwind(|| run(&command)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+        Err(_) => {
+            eprintln!(
+                "this is a fault of bristle, not of your input; please report it with the lines above"
+            );
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<(), InputError> {
+    match command {
+        Command::Bench(args) => bench::run(args),
+        Command::Observe(args) => observe::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);
+            output::print(&String::from_utf8_lossy(&script));
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+}

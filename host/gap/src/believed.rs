@@ -63,10 +63,10 @@ pub struct Believed {
     pub drive: DriveConfig,
     /// Fastest that the axis may move.
     pub speed_limit_rad_s: f64,
-    /// Samples a second of observers and control.
+    /// Samples a second of observers and control; 10 kHz, the interrupt's rate, where none is given.
     pub rate_hz: f64,
-    /// l1.
-    pub l1_1_s: f64,
+    /// l1, where it is given.
+    pub l1_1_s: Option<f64>,
     /// l2.
     pub l2: f64,
     /// Effects it is believed to have.
@@ -87,8 +87,10 @@ impl Believed {
         let mut assumed = Vec::new();
         let mut or = |value: Option<f64>, name: &str, fallback: f64, why: &str| {
             value.unwrap_or_else(|| {
+                // Four digits: more would claim to be known.
+                let shown: f64 = format!("{fallback:.3e}").parse().unwrap_or(fallback);
                 assumed.push(format!(
-                    "{}: {name} is missing, {fallback} assumed ({why})",
+                    "{}: {name} is missing, {shown} assumed ({why})",
                     path.display()
                 ));
                 fallback
@@ -152,18 +154,22 @@ impl Believed {
             (stiffness_nm_rad * whole_inertia).sqrt(),
             "half of critical damping in stick",
         );
-        let rate_hz = or(
-            file.observer.rate_hz,
-            "rate_hz",
-            1e4,
-            "the interrupt's rate",
-        );
         let counts_per_turn = or(
             file.axis.counts_per_turn,
             name("counts_per_rev", "counts_per_m"),
             if linear { 1e8 } else { f64::from(1 << 24) },
             "fine enough to ignore",
         );
+        if !(1.0..=f64::from(i32::MAX)).contains(&counts_per_turn.round()) {
+            return Err(InputError::new(
+                path,
+                format!(
+                    "{} = {counts_per_turn} is not from 1 to 2147483647",
+                    name("counts_per_rev", "counts_per_m")
+                ),
+                "give the counts after quadrature, or leave the key out for a fine encoder",
+            ));
+        }
         let shape = shape(file, coulomb_nm, stiction_nm, stribeck_velocity_rad_s);
         let drive = DriveConfig {
             delay_samples: file.drive.delay_samples.unwrap_or(1) as usize,
@@ -174,12 +180,12 @@ impl Believed {
             .drive
             .speed_limit
             .unwrap_or(if linear { 2.0 } else { 314.0 });
-        let l1_1_s = or(
-            file.observer.l1_1_s,
-            "l1_1_s",
-            0.1 * rate_hz,
-            "a tenth of the observer's rate",
-        );
+        if file.observer.l1_1_s.is_none() {
+            assumed.push(format!(
+                "{}: l1_1_s is missing, a tenth of the observer's rate assumed",
+                path.display()
+            ));
+        }
         Ok(Self {
             unit: file.unit,
             inertia_kg_m2: inertia,
@@ -196,8 +202,8 @@ impl Believed {
             breakaway_ratio: friction.breakaway_ratio.unwrap_or(0.7),
             drive,
             speed_limit_rad_s,
-            rate_hz,
-            l1_1_s,
+            rate_hz: file.observer.rate_hz.unwrap_or(1e4),
+            l1_1_s: file.observer.l1_1_s,
             l2: file.observer.l2.unwrap_or(0.0),
             effects: file.effects.clone(),
             assumed,
@@ -235,6 +241,15 @@ impl Believed {
             &self.path,
             error.to_string(),
             "correct it, or leave it out to have the stated default",
+        )
+    }
+
+    /// The error of a simulation whose numbers left all bounds.
+    pub fn diverged(&self, time_s: f64) -> InputError {
+        InputError::new(
+            &self.path,
+            format!("the simulation diverges at {time_s:.6} s"),
+            "check inertia, stiffness and damping; the axis is stiffer than a sample can be cut into steps for",
         )
     }
 
@@ -398,7 +413,7 @@ impl Believed {
             inertia_kg_m2: self.whole_inertia_kg_m2(),
             rad_per_count: self.rad_per_count(),
             sample_time_s,
-            l1_1_s: self.l1_1_s,
+            l1_1_s: self.l1_1_s.unwrap_or(0.1 / sample_time_s),
             l2: self.l2,
             offset_nm: self.offset_nm(),
             max_speed_rad_s: self.speed_limit_rad_s,
@@ -546,7 +561,7 @@ mod tests {
         let path = Path::new("axis.toml");
         let text = "[axis]\ninertia_kg_m2 = 1e-4\n[friction]\ncoulomb_nm = 0.05\n";
         let believed = Believed::new(&AxisFile::parse(text, path).unwrap(), path).unwrap();
-        assert_eq!(believed.assumed.len(), 5, "{:?}", believed.assumed);
+        assert_eq!(believed.assumed.len(), 4, "{:?}", believed.assumed);
         assert!(believed.tick::<f32>(1e-4).is_ok());
         let bare = "[axis]\ninertia_kg_m2 = 1e-4\n";
         let error = Believed::new(&AxisFile::parse(bare, path).unwrap(), path).unwrap_err();

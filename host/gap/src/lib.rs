@@ -6,11 +6,15 @@
 pub mod axis_file;
 pub mod believed;
 pub mod error;
+pub mod experiments;
 mod input;
 pub mod log;
 mod names;
+pub mod observe;
 pub mod output;
 pub mod report;
+pub mod signal;
+pub mod simulate;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -92,6 +92,20 @@ impl Axis {
         }
     }
 
+    /// The same axis at another position and velocity; the bristles stay without load.
+    #[must_use]
+    pub fn starting_at(mut self, position_rad: f64, velocity_rad_s: f64) -> Self {
+        self.motion = Motion {
+            position_rad,
+            velocity_rad_s,
+            load_position_rad: position_rad,
+            load_velocity_rad_s: velocity_rad_s,
+        };
+        self.reading = self.config.encoder.read(position_rad, 0);
+        self.reading.index = false;
+        self
+    }
+
     /// What it is.
     pub fn config(&self) -> &AxisConfig {
         &self.config

@@ -26,8 +26,21 @@ impl Log {
     /// # Errors
     /// As [`Log::read`].
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, InputError> {
+        Self::parse_needing(text, path.as_ref(), &NEEDED)
+    }
+
+    /// Reads the input of a simulation: a log that may lack the position, and the effort if it has a position reference.
+    ///
+    /// # Errors
+    /// As [`Log::read`].
+    pub fn read_input(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let path = path.as_ref();
+        Self::parse_needing(&read_text(path)?, path, &NEEDED_OF_INPUT)
+    }
+
+    fn parse_needing(text: &str, path: &Path, needed: &[Need]) -> Result<Self, InputError> {
         let source = Source {
-            path: path.as_ref(),
+            path,
             text: text.as_bytes(),
         };
         if text.trim().is_empty() {
@@ -51,7 +64,7 @@ impl Log {
             .unit(&names)
             .map_err(|error| error.at_line(header_line))?;
         let mut columns = source
-            .columns(&names)
+            .columns(&names, needed)
             .map_err(|error| error.at_line(header_line))?;
         let mut last_time_s = None;
         let mut rows = 0;
@@ -219,14 +232,14 @@ impl Source<'_> {
     }
 
     /// One place to gather for each column, after a check that all that is needed is there.
-    fn columns(&self, names: &[String]) -> Result<Vec<Gathered>, InputError> {
+    fn columns(&self, names: &[String], needed: &[Need]) -> Result<Vec<Gathered>, InputError> {
         let has = |wanted: fn(Role) -> bool| {
             names
                 .iter()
                 .any(|name| known(name).is_some_and(|known| wanted(known.role)))
         };
         let mut missing = Vec::new();
-        for (what, wanted) in NEEDED {
+        for &(what, wanted) in needed {
             if !has(wanted) {
                 missing.push((what, wanted));
             }
@@ -306,6 +319,15 @@ const NEEDED: [Need; 3] = [
     (
         "a position (position_rad, position_m or position_counts)",
         |role| matches!(role, Role::Position(_)),
+    ),
+];
+
+/// What the input of a simulation cannot do without.
+const NEEDED_OF_INPUT: [Need; 2] = [
+    NEEDED[0],
+    (
+        "an effort (torque_nm, force_n, torque_ref_nm, force_ref_n, current_a or voltage_v) or a position reference",
+        |role| matches!(role, Role::Effort(_) | Role::PositionRef),
     ),
 ];
 

@@ -15,8 +15,9 @@
   const PRINT_WIDTH = 660;
 
   const plots = [];
-  // Plots over the same x share the cursor and the zoom.
+  // Plots over the same x and the same span of it share the cursor and the zoom.
   const groups = new Map();
+  const groupKey = spec => [spec.x, ...extremes([spec.data[0]])].join("|");
 
   // An error is shown in the page: an empty plot without a word would look like missing data.
   function fail(where, error) {
@@ -278,7 +279,7 @@
     try {
       const p = { spec: spec, body: body, group: null, u: null };
       if (spec.kind !== "xy") {
-        p.group = groups.get(spec.x);
+        p.group = groups.get(groupKey(spec));
         p.group.plots.push(p);
       }
       body.classList.add(spec.kind);
@@ -311,10 +312,10 @@
   }
   specs.forEach((spec, i) => {
     if (spec.kind === "xy") return;
-    const g = groups.get(spec.x) || { key: "x" + i, xs: [], plots: [] };
+    const g = groups.get(groupKey(spec)) || { key: "x" + i, xs: [], plots: [] };
     g.xs.push(spec.data[0]);
     g.full = padded(...extremes(g.xs), 0);
-    groups.set(spec.x, g);
+    groups.set(groupKey(spec), g);
   });
   specs.forEach(draw);
 

@@ -1,0 +1,157 @@
+//! What every subcommand shows: tables, progress, JSON and reports.
+
+use bristle_gap::InputError;
+use bristle_gap::output::write_atomically;
+use bristle_gap::report::{Report, Table};
+use comfy_table::{CellAlignment, presets};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes to standard output. A reader that has gone away is no fault of the program.
+pub fn print(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// Prints a table of numbers: the first column to the left, the others to the right.
+pub fn print_table(table: &Table) {
+    show(table, CellAlignment::Right);
+}
+
+/// Prints a table of words.
+pub fn print_words(table: &Table) {
+    show(table, CellAlignment::Left);
+}
+
+fn show(table: &Table, alignment: CellAlignment) {
+    let mut shown = comfy_table::Table::new();
+    shown
+        .load_style(presets::ASCII_MARKDOWN)
+        .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)
+        .set_header(&table.header);
+    for row in &table.rows {
+        shown.add_row(row);
+    }
+    for column in shown.column_iter_mut().skip(1) {
+        column.set_cell_alignment(alignment);
+    }
+    print(&format!("{}\n{shown}\n", table.caption));
+}
+
+/// A bar from 0 to 1 on standard error, where that is a terminal.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// Starts a bar.
+    pub fn new(what: &'static str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}") {
+            bar.set_style(style);
+        }
+        bar.set_message(what);
+        Self(bar)
+    }
+
+    /// Moves it to a share.
+    pub fn set(&self, share: f64) {
+        self.0.set_position((share * 1000.0) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Writes a result as JSON to a file, or to standard output where the file is `-`.
+pub fn write_json(path: Option<&Path>, result: &impl Serialize) -> Result<(), InputError> {
+    let Some(path) = path else {
+        return Ok(());
+    };
+    let text = serde_json::to_string_pretty(result).map_err(|error| {
+        InputError::new(
+            path,
+            format!("cannot be written: {error}"),
+            "report this as a fault",
+        )
+    })?;
+    if path == Path::new("-") {
+        print(&format!("{text}\n"));
+        return Ok(());
+    }
+    write_atomically(path, |writer| writeln!(writer, "{text}"))
+}
+
+/// Whether a result goes to standard output as JSON, which then takes nothing else.
+pub fn json_on_stdout(path: Option<&Path>) -> bool {
+    path == Some(Path::new("-"))
+}
+
+/// Writes a report and says where it is.
+pub fn write_report(path: &Path, report: &Report, quiet: bool) -> Result<(), InputError> {
+    write_atomically(path, |writer| writer.write_all(report.to_html().as_bytes()))?;
+    if !quiet {
+        let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        print(&format!("report: {}\n", whole.display()));
+    }
+    Ok(())
+}
+
+/// Prints lines that a user should hear, on standard error.
+pub fn notices<'a>(lines: impl IntoIterator<Item = &'a String>) {
+    for line in lines {
+        eprintln!("note: {line}");
+    }
+}
+
+/// The command as the user gave it, for a report.
+pub fn command_line() -> String {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    format!("bristle {}", words.join(" "))
+}
+
+/// Parses a number above zero.
+pub fn positive(text: &str) -> Result<f64, String> {
+    bounded(text, |x| x > 0.0, "above zero")
+}
+
+/// Parses a number of zero or more.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    bounded(text, |x| x >= 0.0, "zero or more")
+}
+
+fn bounded(text: &str, holds: fn(f64) -> bool, rule: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && holds(value) => Ok(value),
+        _ => Err(format!("give a number {rule}")),
+    }
+}
+
+/// A number with four significant digits.
+pub fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        format!("{value}")
+    } else if (1e-3..1e5).contains(&magnitude) {
+        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits() {
+        let shown = [0.0, 1.5, 0.0123456, 1234.56, 99999.4, 1e-7, f64::NAN].map(short);
+        assert_eq!(
+            shown,
+            ["0", "1.500", "0.01235", "1235", "99999", "1.000e-7", "NaN"]
+        );
+    }
+}
