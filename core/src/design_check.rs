@@ -40,7 +40,7 @@ pub struct Design {
 }
 
 /// Number of findings.
-pub const FINDINGS: usize = 9;
+pub const FINDINGS: usize = 10;
 
 /// Looks at a design. Whether the gains are stable is for [`Luenberger::new`] to say; its growth is among the findings.
 pub fn check<C: Curve<f64> + Copy>(
@@ -59,6 +59,8 @@ pub fn check<C: Curve<f64> + Copy>(
     let difference = difference_noise_rad_s(count, s.sample_time_s);
     let luenberger = luenberger_noise_rad_s(s, friction.viscous_nm_s_rad());
     let stiction = friction.curve().stiction_nm();
+    let passive_viscous = friction.damping_nm_s_rad() * (stiction / coulomb - 1.0);
+    let passive = friction.viscous_nm_s_rad() >= passive_viscous;
     let stable = Luenberger::new(*friction, *s).is_ok();
     [
         graded(
@@ -124,6 +126,21 @@ pub fn check<C: Curve<f64> + Copy>(
             } else {
                 "l1 is below the axis' own damping in stick: it adds little there; damping, not stability, is what this \
                  condition is about"
+            },
+        },
+        Finding {
+            name: "viscous friction for a passive model",
+            value: passive_viscous,
+            unit: "N m s/rad",
+            verdict: if passive {
+                Verdict::Good
+            } else {
+                Verdict::Mind
+            },
+            words: if passive {
+                "sigma2 is at least sigma1 (F_S/F_C - 1): the model never returns more energy than it stored"
+            } else {
+                "sigma2 is below sigma1 (F_S/F_C - 1): through the Stribeck fall the model can return energy it never took"
             },
         },
         Finding {
