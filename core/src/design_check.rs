@@ -60,8 +60,6 @@ pub fn check<C: Curve<f64> + Copy>(
     let luenberger = luenberger_noise_rad_s(s, friction.viscous_nm_s_rad());
     let stiction = friction.curve().stiction_nm();
     let passive_viscous = friction.damping_nm_s_rad() * (stiction / coulomb - 1.0);
-    let passive = friction.viscous_nm_s_rad() >= passive_viscous;
-    let stable = Luenberger::new(*friction, *s).is_ok();
     [
         graded(
             "z_ss",
@@ -112,48 +110,40 @@ pub fn check<C: Curve<f64> + Copy>(
                 "the axis rings long in stick: expect z to oscillate after every stop"
             },
         },
-        Finding {
-            name: "l1 against (sigma1+sigma2)/J",
-            value: own_damping_1_s,
-            unit: "1/s",
-            verdict: if s.l1_1_s > own_damping_1_s {
-                Verdict::Good
-            } else {
-                Verdict::Mind
-            },
-            words: if s.l1_1_s > own_damping_1_s {
-                "l1 exceeds the axis' own damping in stick: it sets the pace of the velocity error"
-            } else {
+        either(
+            "l1 against (sigma1+sigma2)/J",
+            own_damping_1_s,
+            "1/s",
+            s.l1_1_s > own_damping_1_s,
+            Verdict::Mind,
+            [
+                "l1 exceeds the axis' own damping in stick: it sets the pace of the velocity error",
                 "l1 is below the axis' own damping in stick: it adds little there; damping, not stability, is what this \
-                 condition is about"
-            },
-        },
-        Finding {
-            name: "viscous friction for a passive model",
-            value: passive_viscous,
-            unit: "N m s/rad",
-            verdict: if passive {
-                Verdict::Good
-            } else {
-                Verdict::Mind
-            },
-            words: if passive {
-                "sigma2 is at least sigma1 (F_S/F_C - 1): the model never returns more energy than it stored"
-            } else {
-                "sigma2 is below sigma1 (F_S/F_C - 1): through the Stribeck fall the model can return energy it never took"
-            },
-        },
-        Finding {
-            name: "observer error dies out",
-            value: s.l1_1_s,
-            unit: "1/s",
-            verdict: if stable { Verdict::Good } else { Verdict::Bad },
-            words: if stable {
-                "at this sample time, in stick and in slip"
-            } else {
-                "not at this sample time: the observer refuses this l1"
-            },
-        },
+                 condition is about",
+            ],
+        ),
+        either(
+            "viscous friction for a passive model",
+            passive_viscous,
+            "N m s/rad",
+            friction.viscous_nm_s_rad() >= passive_viscous,
+            Verdict::Mind,
+            [
+                "sigma2 is at least sigma1 (F_S/F_C - 1): the model never returns more energy than it stored",
+                "sigma2 is below sigma1 (F_S/F_C - 1): through the Stribeck fall the model can return energy it never took",
+            ],
+        ),
+        either(
+            "observer error dies out",
+            s.l1_1_s,
+            "1/s",
+            Luenberger::new(*friction, *s).is_ok(),
+            Verdict::Bad,
+            [
+                "at this sample time, in stick and in slip",
+                "not at this sample time: the observer refuses this l1",
+            ],
+        ),
         graded(
             "velocity noise of the difference quotient",
             difference,
@@ -178,21 +168,17 @@ pub fn check<C: Curve<f64> + Copy>(
                 "larger than the Stribeck velocity: f_ss flickers over its whole curve; lower l1 or a finer encoder",
             ],
         ),
-        Finding {
-            name: "torque at hand against break-away",
-            value: design.available_nm / stiction,
-            unit: "times stiction",
-            verdict: if design.available_nm > stiction {
-                Verdict::Good
-            } else {
-                Verdict::Bad
-            },
-            words: if design.available_nm > stiction {
-                "enough to break away"
-            } else {
-                "the axis never breaks away: only presliding can be measured"
-            },
-        },
+        either(
+            "torque at hand against break-away",
+            design.available_nm / stiction,
+            "times stiction",
+            design.available_nm > stiction,
+            Verdict::Bad,
+            [
+                "enough to break away",
+                "the axis never breaks away: only presliding can be measured",
+            ],
+        ),
     ]
 }
 
@@ -228,6 +214,29 @@ fn stribeck_reach<C: Curve<f64>>(friction: &ElastoPlastic<f64, C>) -> f64 {
         }
     }
     high
+}
+
+/// A finding that is good or not.
+fn either(
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    holds: bool,
+    otherwise: Verdict,
+    words: [&'static str; 2],
+) -> Finding {
+    let (verdict, words) = if holds {
+        (Verdict::Good, words[0])
+    } else {
+        (otherwise, words[1])
+    };
+    Finding {
+        name,
+        value,
+        unit,
+        verdict,
+        words,
+    }
 }
 
 /// A finding that is good from the first limit on, and bad below the second.

@@ -450,20 +450,7 @@ impl Believed {
         let largest_step_rad = self.speed_limit_rad_s * sample_time_s;
         let largest_step = (largest_step_rad / self.rad_per_count())
             .clamp(1.0, self.counts_per_turn.round().min(f64::from(i32::MAX)));
-        let luenberger = Luenberger::new(
-            friction,
-            luenberger::Settings {
-                inertia_kg_m2: to(settings.inertia_kg_m2),
-                rad_per_count: to(settings.rad_per_count),
-                sample_time_s: to(settings.sample_time_s),
-                l1_1_s: to(settings.l1_1_s),
-                l2: to(settings.l2),
-                offset_nm: to(settings.offset_nm),
-                max_speed_rad_s: to(settings.max_speed_rad_s),
-                max_torque_nm: to(settings.max_torque_nm),
-            },
-        )
-        .map_err(|error| {
+        let luenberger = Luenberger::new(friction, settings.cast()).map_err(|error| {
             InputError::new(
                 &self.path,
                 format!("[observer] at {} Hz: {error}", 1.0 / sample_time_s),
