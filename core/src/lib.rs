@@ -11,16 +11,23 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod command;
 pub mod control;
+pub mod controller;
 pub mod design_check;
 pub mod encoder;
 pub mod error;
 pub mod experiment;
 pub mod friction;
 pub mod observer;
+pub mod parameters;
 pub mod real;
+pub mod status;
 pub mod stribeck;
+pub mod supervisor;
 pub mod tick;
+pub mod trace;
+pub mod wire;
 
 pub use error::ParameterError;
 pub use real::Real;

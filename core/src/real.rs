@@ -48,8 +48,6 @@ pub trait Real:
     fn exp(self) -> Self;
     /// `self` to a power.
     fn powf(self, power: Self) -> Self;
-    /// Sine of an angle in rad.
-    fn sin(self) -> Self;
 
     /// -1, 0 or 1; 0 at zero, as the friction literature has it.
     #[inline]
@@ -83,7 +81,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $sqrt:ident, $exp:ident, $pow:ident, $sin:ident) => {
+    ($t:ident, $sqrt:ident, $exp:ident, $pow:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -130,13 +128,9 @@ macro_rules! real {
             fn powf(self, power: Self) -> Self {
                 libm::$pow(self, power)
             }
-            #[inline]
-            fn sin(self) -> Self {
-                libm::$sin(self)
-            }
         }
     };
 }
 
-real!(f32, sqrtf, expf, powf, sinf);
-real!(f64, sqrt, exp, pow, sin);
+real!(f32, sqrtf, expf, powf);
+real!(f64, sqrt, exp, pow);

@@ -103,6 +103,20 @@ pub struct State<T> {
     reference_nm: T,
 }
 
+impl<T: Real> State<T> {
+    /// The position counts from here on, and the loops start without history. The observers go on.
+    pub fn begin_experiment(&mut self) {
+        self.encoder.turns = 0;
+        self.encoder.counts_in_turn = 0;
+        self.control = control::State::default();
+    }
+
+    /// Says which torque was put out, where it is not the one that [`Tick::run`] asked for: the observer believes it.
+    pub fn put_out(&mut self, torque_nm: T) {
+        self.reference_nm = torque_nm;
+    }
+}
+
 /// What a tick saw and decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {

@@ -1,6 +1,9 @@
 //! Chores of the project: `cargo xtask setup` installs what the tests need beyond the Rust toolchain, `cargo xtask test`
-//! runs all of them.
+//! runs all of them, and the rest is for the firmware.
 
+mod check_elf;
+mod elf;
+mod firmware;
 mod setup;
 mod test;
 
@@ -9,16 +12,28 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "usage: cargo xtask <chore>
 
   setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser
-  test    set up, then run every test";
+  test    set up, then run every test
+  build-firmware [--pwm] [--distribution]
+          build the microcontroller's image and say how large it is
+  check-elf [--pwm]
+          build it, and show that its control interrupt cannot panic, log, mask interrupts or emulate arithmetic
+  flash   build it, put it on the board with probe-rs and show its trace
+  attach  show the trace of the board as it runs";
 
 fn main() -> ExitCode {
-    let chore = std::env::args().nth(1);
+    let mut arguments = std::env::args().skip(1);
+    let chore = arguments.next();
+    let options: Vec<String> = arguments.collect();
     let done = match chore.as_deref() {
         Some("setup") => {
             setup::run();
             true
         }
         Some("test") => test::run(),
+        Some("build-firmware") => firmware::build(&options),
+        Some("check-elf") => firmware::check(&options),
+        Some("flash") => firmware::flash(&options),
+        Some("attach") => firmware::attach(&options),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

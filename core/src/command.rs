@@ -1,0 +1,457 @@
+//! Commands from the host and the answers to them, in [`crate::wire`] frames.
+//!
+//! A command is a number that the host chooses and gets back, an operation, and what it needs. Nothing that arrives can
+//! make the parser panic; what is not a command is answered as malformed.
+
+use crate::experiment::Experiment;
+use crate::parameters::ENTRIES;
+use crate::wire::{Frame, FrameWriter, Kind, Reader};
+
+/// Most parameters in one command.
+pub const MOST_CHANGES: usize = 32;
+/// Longest command or reply frame.
+pub const MOST_COMMAND_BYTES: usize = 256;
+
+/// What the host asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "no allocation, and one command at a time"
+)]
+pub enum Command {
+    /// The host is there.
+    KeepAlive,
+    /// From idle to armed: the drive is enabled, torque zero.
+    Arm,
+    /// Torque and drive away at once.
+    Disarm,
+    /// Torque to zero by a ramp; stays armed.
+    Stop,
+    /// From fault to idle.
+    ClearFault,
+    /// Plays a signal from its beginning.
+    Play(Experiment<f32>),
+    /// Changes parameters, all of them or none.
+    Set(Changes),
+    /// Asks for a parameter.
+    Get(u8),
+}
+
+/// New values of parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Changes {
+    entries: [(u8, f32); MOST_CHANGES],
+    count: usize,
+}
+
+impl Default for Changes {
+    fn default() -> Self {
+        Self {
+            entries: [(0, 0.0); MOST_CHANGES],
+            count: 0,
+        }
+    }
+}
+
+impl Changes {
+    /// Adds one; false if there is no room.
+    pub fn add(&mut self, number: u8, value: f32) -> bool {
+        match self.entries.get_mut(self.count) {
+            Some(place) => {
+                *place = (number, value);
+                self.count += 1;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Number of the parameter and its new value, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (u8, f32)> + '_ {
+        self.entries.iter().take(self.count).copied()
+    }
+}
+
+/// The answer to a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reply {
+    /// Taken; what comes of it shows in the state of the samples. With the version of the parameters from now on.
+    Accepted {
+        /// Counts up with every change of the parameters.
+        parameter_version: u32,
+    },
+    /// A parameter of this number had a value outside its range; nothing was changed.
+    OutOfRange {
+        /// Number of the parameter.
+        parameter: u8,
+        /// Least value.
+        low: f32,
+        /// Largest value.
+        high: f32,
+    },
+    /// The parameters do not go together; nothing was changed. The log says why.
+    Inconsistent,
+    /// The observer gain is too small or too large for the other parameters; nothing was changed.
+    Unstable {
+        /// The nearest l1 that passes, NaN if none does.
+        nearest_l1_1_s: f32,
+    },
+    /// Not a command of this version.
+    Malformed,
+    /// The order before has not been followed yet; ask again.
+    Busy,
+    /// The value asked for.
+    Value {
+        /// Number of the parameter.
+        parameter: u8,
+        /// Its value.
+        value: f32,
+    },
+}
+
+impl Command {
+    /// Writes the frame.
+    pub fn write<'a>(&self, number: u16, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        let mut frame = FrameWriter::new(buffer, Kind::Command);
+        frame.u16(number);
+        match self {
+            Self::KeepAlive => frame.u8(0),
+            Self::Arm => frame.u8(1),
+            Self::Disarm => frame.u8(2),
+            Self::Stop => frame.u8(3),
+            Self::ClearFault => frame.u8(4),
+            Self::Play(experiment) => {
+                frame.u8(5);
+                write_experiment(experiment, &mut frame);
+            }
+            Self::Set(changes) => {
+                frame.u8(6);
+                frame.u8(changes.count as u8);
+                for (number, value) in changes.iter() {
+                    frame.u8(number);
+                    frame.f32(value);
+                }
+            }
+            Self::Get(parameter) => {
+                frame.u8(7);
+                frame.u8(*parameter);
+            }
+        }
+        frame.finish(1)
+    }
+
+    /// Reads a command frame: its number, 0 where there is none, and the command if it is one.
+    pub fn read(frame: &Frame<'_>) -> (u16, Option<Self>) {
+        let mut bytes = Reader(frame.payload);
+        let number = bytes.u16();
+        let command = match frame.kind {
+            Kind::Command => Self::read_body(bytes, number),
+            _ => None,
+        };
+        (number.unwrap_or(0), command)
+    }
+
+    fn read_body(mut bytes: Reader<'_>, number: Option<u16>) -> Option<Self> {
+        number?;
+        let command = match bytes.u8()? {
+            0 => Self::KeepAlive,
+            1 => Self::Arm,
+            2 => Self::Disarm,
+            3 => Self::Stop,
+            4 => Self::ClearFault,
+            5 => Self::Play(read_experiment(&mut bytes)?),
+            6 => {
+                let mut changes = Changes::default();
+                for _ in 0..bytes.u8()? {
+                    if !changes.add(bytes.u8()?, bytes.f32()?) {
+                        return None;
+                    }
+                }
+                Self::Set(changes)
+            }
+            7 => Self::Get(bytes.u8()?),
+            _ => return None,
+        };
+        bytes.end()?;
+        Some(command)
+    }
+}
+
+impl Reply {
+    /// Writes the frame.
+    pub fn write<'a>(&self, number: u16, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        let mut frame = FrameWriter::new(buffer, Kind::Reply);
+        frame.u16(number);
+        match *self {
+            Self::Accepted { parameter_version } => {
+                frame.u8(0);
+                frame.u32(parameter_version);
+            }
+            Self::OutOfRange {
+                parameter,
+                low,
+                high,
+            } => {
+                frame.u8(1);
+                frame.u8(parameter);
+                frame.f32(low);
+                frame.f32(high);
+            }
+            Self::Inconsistent => frame.u8(2),
+            Self::Unstable { nearest_l1_1_s } => {
+                frame.u8(3);
+                frame.f32(nearest_l1_1_s);
+            }
+            Self::Malformed => frame.u8(4),
+            Self::Busy => frame.u8(5),
+            Self::Value { parameter, value } => {
+                frame.u8(6);
+                frame.u8(parameter);
+                frame.f32(value);
+            }
+        }
+        frame.finish(1)
+    }
+
+    /// Reads a reply frame: the number of the command, and the answer.
+    pub fn read(frame: &Frame<'_>) -> Option<(u16, Self)> {
+        if frame.kind != Kind::Reply {
+            return None;
+        }
+        let mut bytes = Reader(frame.payload);
+        let number = bytes.u16()?;
+        let reply = match bytes.u8()? {
+            0 => Self::Accepted {
+                parameter_version: bytes.u32()?,
+            },
+            1 => Self::OutOfRange {
+                parameter: bytes.u8()?,
+                low: bytes.f32()?,
+                high: bytes.f32()?,
+            },
+            2 => Self::Inconsistent,
+            3 => Self::Unstable {
+                nearest_l1_1_s: bytes.f32()?,
+            },
+            4 => Self::Malformed,
+            5 => Self::Busy,
+            6 => Self::Value {
+                parameter: bytes.u8()?,
+                value: bytes.f32()?,
+            },
+            _ => return None,
+        };
+        bytes.end()?;
+        Some((number, reply))
+    }
+}
+
+/// The number of a parameter by its name.
+pub fn parameter(name: &str) -> Option<u8> {
+    ENTRIES
+        .iter()
+        .position(|entry| entry.name == name)
+        .and_then(|place| u8::try_from(place).ok())
+}
+
+macro_rules! experiments {
+    ($($number:literal $variant:ident { $($field:ident: $type:ident),+ })+) => {
+        fn write_experiment(experiment: &Experiment<f32>, frame: &mut FrameWriter<'_>) {
+            match *experiment {
+                $(Experiment::$variant { $($field),+ } => {
+                    frame.u8($number);
+                    $(frame.$type($field);)+
+                })+
+            }
+        }
+
+        fn read_experiment(bytes: &mut Reader<'_>) -> Option<Experiment<f32>> {
+            Some(match bytes.u8()? {
+                $($number => Experiment::$variant { $($field: bytes.$type()?),+ },)+
+                _ => return None,
+            })
+        }
+
+        /// Whether every value is a number and every time at least a tick.
+        pub fn is_playable(experiment: &Experiment<f32>) -> bool {
+            trait Usable {
+                fn usable(self) -> bool;
+            }
+            impl Usable for f32 {
+                fn usable(self) -> bool {
+                    self.is_finite()
+                }
+            }
+            impl Usable for u32 {
+                fn usable(self) -> bool {
+                    self > 0
+                }
+            }
+            match *experiment {
+                $(Experiment::$variant { $($field),+ } => true $(&& $field.usable())+,)+
+            }
+        }
+    };
+}
+
+experiments! {
+    0 Sine { amplitude_nm: f32, period_ticks: u32 }
+    1 PulseThenOscillation { pulse_nm: f32, pulse_ticks: u32, mean_nm: f32, amplitude_nm: f32, period_ticks: u32 }
+    2 Reversals { amplitude_rad: f32, period_ticks: u32 }
+    3 SpeedLadder { top_rad_s: f32, ratio: f32, hold_ticks: u32 }
+    4 Prbs { amplitude_nm: f32, clock_ticks: u32 }
+    5 DahlRamp { amplitude_rad: f32, period_ticks: u32 }
+    6 RestAndBreakAway { peak_nm: f32, ramp_ticks: u32, dwell_ticks: u32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Decoder;
+    use proptest::prelude::*;
+
+    fn there_and_back(command: Command) -> (u16, Option<Command>) {
+        let mut buffer = [0; MOST_COMMAND_BYTES];
+        let mut decoder = Decoder::<MOST_COMMAND_BYTES>::new();
+        decoder.feed(command.write(513, &mut buffer).unwrap());
+        Command::read(&decoder.next_frame().unwrap())
+    }
+
+    #[test]
+    fn every_command_comes_back() {
+        let mut changes = Changes::default();
+        for number in 0..MOST_CHANGES as u8 {
+            assert!(changes.add(number, f32::from(number) * 0.1));
+        }
+        assert!(!changes.add(0, 0.0));
+        let mut commands = std::vec![
+            Command::KeepAlive,
+            Command::Arm,
+            Command::Disarm,
+            Command::Stop,
+            Command::ClearFault,
+            Command::Set(changes),
+            Command::Set(Changes::default()),
+            Command::Get(3),
+        ];
+        for experiment in [
+            Experiment::Sine {
+                amplitude_nm: 0.035,
+                period_ticks: 10_000,
+            },
+            Experiment::PulseThenOscillation {
+                pulse_nm: 1.0,
+                pulse_ticks: 2,
+                mean_nm: 3.0,
+                amplitude_nm: 4.0,
+                period_ticks: 5,
+            },
+            Experiment::Reversals {
+                amplitude_rad: 1.0,
+                period_ticks: 2,
+            },
+            Experiment::SpeedLadder {
+                top_rad_s: 1.0,
+                ratio: 0.5,
+                hold_ticks: 3,
+            },
+            Experiment::Prbs {
+                amplitude_nm: 1.0,
+                clock_ticks: 2,
+            },
+            Experiment::DahlRamp {
+                amplitude_rad: 1.0,
+                period_ticks: 2,
+            },
+            Experiment::RestAndBreakAway {
+                peak_nm: 1.0,
+                ramp_ticks: 2,
+                dwell_ticks: 3,
+            },
+        ] {
+            assert!(is_playable(&experiment));
+            commands.push(Command::Play(experiment));
+        }
+        for command in commands {
+            assert_eq!(there_and_back(command), (513, Some(command)));
+        }
+    }
+
+    #[test]
+    fn every_reply_comes_back() {
+        for reply in [
+            Reply::Accepted {
+                parameter_version: 9,
+            },
+            Reply::OutOfRange {
+                parameter: 2,
+                low: -1.0,
+                high: 1.0,
+            },
+            Reply::Inconsistent,
+            Reply::Unstable {
+                nearest_l1_1_s: 900.0,
+            },
+            Reply::Malformed,
+            Reply::Busy,
+            Reply::Value {
+                parameter: 1,
+                value: 2.0,
+            },
+        ] {
+            let mut buffer = [0; MOST_COMMAND_BYTES];
+            let mut decoder = Decoder::<MOST_COMMAND_BYTES>::new();
+            decoder.feed(reply.write(7, &mut buffer).unwrap());
+            let frame = decoder.next_frame().unwrap();
+            assert_eq!(Reply::read(&frame), Some((7, reply)));
+            assert_eq!(Command::read(&frame).1, None);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_played_is_seen() {
+        assert!(!is_playable(&Experiment::Sine {
+            amplitude_nm: f32::NAN,
+            period_ticks: 1
+        }));
+        assert!(!is_playable(&Experiment::Prbs {
+            amplitude_nm: 1.0,
+            clock_ticks: 0
+        }));
+    }
+
+    #[test]
+    fn parameters_are_found_by_name() {
+        assert_eq!(parameter("inertia_kg_m2"), Some(0));
+        assert_eq!(parameter("nothing"), None);
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(payload in proptest::collection::vec(any::<u8>(), 0..200)) {
+            for kind in [Kind::Command, Kind::Reply, Kind::Status, Kind::Samples] {
+                let frame = Frame { kind, count: 1, payload: &payload };
+                let (number, command) = Command::read(&frame);
+                let _ = Reply::read(&frame);
+                let _ = crate::status::Report::read(&frame);
+                let _ = crate::trace::samples(&frame).count();
+                // What is read is written the same way again, NaN payloads and all.
+                if let Some(command) = command {
+                    let mut buffer = [0; MOST_COMMAND_BYTES];
+                    let written = command.write(number, &mut buffer).unwrap();
+                    prop_assert_eq!(&written[6..written.len() - 4], &payload[..]);
+                }
+            }
+        }
+
+        #[test]
+        fn any_operation_with_any_body_is_safe(
+            operation in 0_u8..9, body in proptest::collection::vec(any::<u8>(), 0..40),
+        ) {
+            let payload = [&[1, 2, operation], &body[..]].concat();
+            let frame = Frame { kind: Kind::Command, count: 1, payload: &payload };
+            let (number, _) = Command::read(&frame);
+            prop_assert_eq!(number, 0x0201);
+        }
+    }
+}

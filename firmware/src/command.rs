@@ -1,0 +1,139 @@
+//! Commands from the host: read, checked, answered; what concerns the tick is handed to it.
+//!
+//! Runs in the executor's thread, below everything else. Building observers from new parameters takes long (their
+//! stability check works in f64), and nothing waits for it.
+
+use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply, is_playable};
+use bristle_core::controller::Order;
+use bristle_core::observer::luenberger::BuildError;
+use bristle_core::parameters::Parameters;
+use bristle_core::supervisor::Request;
+use bristle_core::wire::Decoder;
+use core::sync::atomic::Ordering;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+
+use crate::rtt::Down;
+use crate::trace::{PARAMETER_VERSION, send};
+use crate::{exchange, timing};
+
+/// Signalled by the spare interrupt, every millisecond.
+pub static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// The command task's state.
+pub struct Commands {
+    link: Down,
+    orders: exchange::OrderIn,
+    parameters: Parameters,
+}
+
+impl Commands {
+    /// With the parameters that the tick started on.
+    pub fn new(link: Down, orders: exchange::OrderIn, parameters: Parameters) -> Self {
+        Self {
+            link,
+            orders,
+            parameters,
+        }
+    }
+
+    /// Follows commands for ever.
+    pub async fn run(mut self) -> ! {
+        let mut decoder = Decoder::<MOST_COMMAND_BYTES>::new();
+        let mut bytes = [0; 64];
+        loop {
+            WAKE.wait().await;
+            loop {
+                let count = self.link.read(&mut bytes);
+                let mut rest = bytes.get(..count).unwrap_or_default();
+                if rest.is_empty() {
+                    break;
+                }
+                while !rest.is_empty() {
+                    let taken = decoder.feed(rest);
+                    rest = rest.get(taken..).unwrap_or_default();
+                    while let Some(frame) = decoder.next_frame() {
+                        let (number, command) = Command::read(&frame);
+                        let reply = match command {
+                            Some(command) => self.follow(command).await,
+                            None => Reply::Malformed,
+                        };
+                        let mut buffer = [0; MOST_COMMAND_BYTES];
+                        if let Some(bytes) = reply.write(number, &mut buffer) {
+                            send(bytes);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    async fn follow(&mut self, command: Command) -> Reply {
+        let order = match command {
+            Command::KeepAlive => Order::Request(Request::KeepAlive),
+            Command::Arm => Order::Request(Request::Arm),
+            Command::Disarm => Order::Request(Request::Disarm),
+            Command::Stop => Order::Request(Request::Stop),
+            Command::ClearFault => Order::Request(Request::ClearFault),
+            Command::Play(experiment) if is_playable(&experiment) => Order::Play(experiment),
+            Command::Play(_) => return Reply::Malformed,
+            Command::Set(changes) => return self.set(&changes).await,
+            Command::Get(parameter) => {
+                return match self.parameters.get(parameter) {
+                    Some(value) => Reply::Value { parameter, value },
+                    None => Reply::Malformed,
+                };
+            }
+        };
+        if self.orders.put(order) {
+            accepted()
+        } else {
+            Reply::Busy
+        }
+    }
+
+    /// Takes all changes or none. Answers when the tick runs on them.
+    async fn set(&mut self, changes: &Changes) -> Reply {
+        let mut parameters = self.parameters;
+        for (parameter, value) in changes.iter() {
+            match parameters.set(parameter, value) {
+                Ok(()) => {}
+                Err(Some(entry)) => {
+                    return Reply::OutOfRange {
+                        parameter,
+                        low: entry.low,
+                        high: entry.high,
+                    };
+                }
+                Err(None) => return Reply::Malformed,
+            }
+        }
+        let config = match parameters.build(timing::TICK_S, timing::OUTPUT_DELAY_SAMPLES) {
+            Ok(config) => config,
+            Err(BuildError::Parameter(error)) => {
+                defmt::warn!("{=str} must be {=str}", error.name, error.must_be);
+                return Reply::Inconsistent;
+            }
+            Err(BuildError::Gain(error)) => {
+                return Reply::Unstable {
+                    nearest_l1_1_s: error.nearest.map_or(f32::NAN, |nearest| nearest as f32),
+                };
+            }
+        };
+        if !exchange::offer(&config) {
+            return Reply::Busy;
+        }
+        while exchange::offer_is_pending() {
+            WAKE.wait().await;
+        }
+        self.parameters = parameters;
+        PARAMETER_VERSION.fetch_add(1, Ordering::Relaxed);
+        accepted()
+    }
+}
+
+fn accepted() -> Reply {
+    Reply::Accepted {
+        parameter_version: PARAMETER_VERSION.load(Ordering::Relaxed),
+    }
+}
