@@ -40,7 +40,7 @@ pub struct Design {
 }
 
 /// Number of findings.
-pub const FINDINGS: usize = 9;
+pub const FINDINGS: usize = 10;
 
 /// Looks at a design. Whether the gains are stable is for [`Luenberger::new`] to say; its growth is among the findings.
 pub fn check<C: Curve<f64> + Copy>(
@@ -59,7 +59,7 @@ pub fn check<C: Curve<f64> + Copy>(
     let difference = difference_noise_rad_s(count, s.sample_time_s);
     let luenberger = luenberger_noise_rad_s(s, friction.viscous_nm_s_rad());
     let stiction = friction.curve().stiction_nm();
-    let stable = Luenberger::new(*friction, *s).is_ok();
+    let passive_viscous = friction.damping_nm_s_rad() * (stiction / coulomb - 1.0);
     [
         graded(
             "z_ss",
@@ -110,33 +110,40 @@ pub fn check<C: Curve<f64> + Copy>(
                 "the axis rings long in stick: expect z to oscillate after every stop"
             },
         },
-        Finding {
-            name: "l1 against (sigma1+sigma2)/J",
-            value: own_damping_1_s,
-            unit: "1/s",
-            verdict: if s.l1_1_s > own_damping_1_s {
-                Verdict::Good
-            } else {
-                Verdict::Mind
-            },
-            words: if s.l1_1_s > own_damping_1_s {
-                "l1 exceeds the axis' own damping in stick: it sets the pace of the velocity error"
-            } else {
+        either(
+            "l1 against (sigma1+sigma2)/J",
+            own_damping_1_s,
+            "1/s",
+            s.l1_1_s > own_damping_1_s,
+            Verdict::Mind,
+            [
+                "l1 exceeds the axis' own damping in stick: it sets the pace of the velocity error",
                 "l1 is below the axis' own damping in stick: it adds little there; damping, not stability, is what this \
-                 condition is about"
-            },
-        },
-        Finding {
-            name: "observer error dies out",
-            value: s.l1_1_s,
-            unit: "1/s",
-            verdict: if stable { Verdict::Good } else { Verdict::Bad },
-            words: if stable {
-                "at this sample time, in stick and in slip"
-            } else {
-                "not at this sample time: the observer refuses this l1"
-            },
-        },
+                 condition is about",
+            ],
+        ),
+        either(
+            "viscous friction for a passive model",
+            passive_viscous,
+            "N m s/rad",
+            friction.viscous_nm_s_rad() >= passive_viscous,
+            Verdict::Mind,
+            [
+                "sigma2 is at least sigma1 (F_S/F_C - 1): the model never returns more energy than it stored",
+                "sigma2 is below sigma1 (F_S/F_C - 1): through the Stribeck fall the model can return energy it never took",
+            ],
+        ),
+        either(
+            "observer error dies out",
+            s.l1_1_s,
+            "1/s",
+            Luenberger::new(*friction, *s).is_ok(),
+            Verdict::Bad,
+            [
+                "at this sample time, in stick and in slip",
+                "not at this sample time: the observer refuses this l1",
+            ],
+        ),
         graded(
             "velocity noise of the difference quotient",
             difference,
@@ -161,21 +168,17 @@ pub fn check<C: Curve<f64> + Copy>(
                 "larger than the Stribeck velocity: f_ss flickers over its whole curve; lower l1 or a finer encoder",
             ],
         ),
-        Finding {
-            name: "torque at hand against break-away",
-            value: design.available_nm / stiction,
-            unit: "times stiction",
-            verdict: if design.available_nm > stiction {
-                Verdict::Good
-            } else {
-                Verdict::Bad
-            },
-            words: if design.available_nm > stiction {
-                "enough to break away"
-            } else {
-                "the axis never breaks away: only presliding can be measured"
-            },
-        },
+        either(
+            "torque at hand against break-away",
+            design.available_nm / stiction,
+            "times stiction",
+            design.available_nm > stiction,
+            Verdict::Bad,
+            [
+                "enough to break away",
+                "the axis never breaks away: only presliding can be measured",
+            ],
+        ),
     ]
 }
 
@@ -211,6 +214,29 @@ fn stribeck_reach<C: Curve<f64>>(friction: &ElastoPlastic<f64, C>) -> f64 {
         }
     }
     high
+}
+
+/// A finding that is good or not.
+fn either(
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    holds: bool,
+    otherwise: Verdict,
+    words: [&'static str; 2],
+) -> Finding {
+    let (verdict, words) = if holds {
+        (Verdict::Good, words[0])
+    } else {
+        (otherwise, words[1])
+    };
+    Finding {
+        name,
+        value,
+        unit,
+        verdict,
+        words,
+    }
 }
 
 /// A finding that is good from the first limit on, and bad below the second.
@@ -295,5 +321,46 @@ mod tests {
             value(&thesis(4.61e-4), "observer error dies out").verdict,
             Verdict::Good
         );
+    }
+
+    #[test]
+    fn noise_is_what_a_quantised_ramp_gives() {
+        let s = luenberger::Settings {
+            inertia_kg_m2: 2.5246e-5,
+            rad_per_count: core::f64::consts::TAU / 16384.0,
+            sample_time_s: 1e-4,
+            l1_1_s: 1700.0,
+            l2: 0.0,
+            offset_nm: 0.0,
+            max_speed_rad_s: 314.0,
+            max_torque_nm: 1.0,
+        };
+        let viscous = 0.0029;
+        let (mut difference_sum, mut estimate_sum) = (0.0, 0.0);
+        // At one speed the errors of neighbouring samples hang together; over the speeds of a count they average out.
+        let speeds = 97;
+        let samples = 2_000;
+        for speed in 0..speeds {
+            let per_sample = 7.0 + (f64::from(speed) + 0.382) / f64::from(speeds);
+            let v = per_sample * s.rad_per_count / s.sample_time_s;
+            let (mut estimate, mut last) = (v, 0.0);
+            for k in 1..=samples {
+                let counts = (f64::from(k) * per_sample).floor();
+                let step_rad = (counts - last) * s.rad_per_count;
+                last = counts;
+                // The observer in sliding, where friction is known up to its viscous part.
+                estimate += s.l1_1_s * (step_rad - s.sample_time_s * estimate)
+                    - s.sample_time_s * viscous / s.inertia_kg_m2 * (estimate - v);
+                difference_sum += (step_rad / s.sample_time_s - v).powi(2);
+                estimate_sum += (estimate - v).powi(2);
+            }
+        }
+        let samples = samples * speeds;
+        let rms = |sum: f64| (sum / f64::from(samples)).sqrt();
+        let difference = difference_noise_rad_s(s.rad_per_count, s.sample_time_s);
+        let observer = luenberger_noise_rad_s(&s, viscous);
+        // The average over 97 speeds is a sum for the integral over a count: a twentieth covers it.
+        assert!((rms(difference_sum) / difference - 1.0).abs() < 0.05);
+        assert!((rms(estimate_sum) / observer - 1.0).abs() < 0.05);
     }
 }

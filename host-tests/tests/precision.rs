@@ -353,28 +353,8 @@ fn f32_luenberger() {
     let settings: Settings<f64> = bench.observer_settings(T);
     let l1 = settings.l1_1_s;
     let inertia = settings.inertia_kg_m2;
-    let to = |x: f64| x as f32;
-    let single_settings = Settings {
-        inertia_kg_m2: to(settings.inertia_kg_m2),
-        rad_per_count: to(settings.rad_per_count),
-        sample_time_s: to(settings.sample_time_s),
-        l1_1_s: to(settings.l1_1_s),
-        l2: to(settings.l2),
-        offset_nm: to(settings.offset_nm),
-        max_speed_rad_s: to(settings.max_speed_rad_s),
-        max_torque_nm: to(settings.max_torque_nm),
-    };
-    let s = &single_settings;
-    let double_settings = Settings {
-        inertia_kg_m2: s.inertia_kg_m2.into(),
-        rad_per_count: s.rad_per_count.into(),
-        sample_time_s: s.sample_time_s.into(),
-        l1_1_s: s.l1_1_s.into(),
-        l2: s.l2.into(),
-        offset_nm: s.offset_nm.into(),
-        max_speed_rad_s: s.max_speed_rad_s.into(),
-        max_torque_nm: s.max_torque_nm.into(),
-    };
+    let single_settings: Settings<f32> = settings.cast();
+    let double_settings: Settings<f64> = single_settings.cast();
     let in_f32 = Luenberger::new(single, single_settings).unwrap();
     let in_f64 = Luenberger::new(double, double_settings).unwrap();
     for (name, record) in records() {

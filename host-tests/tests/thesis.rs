@@ -186,7 +186,7 @@ fn run<R: Real>(believed: &Believed, l1: f64) {
 /// Runs 5 s of the sine, in which no estimate may be infinite, and gives how far the velocity was off, rad/s.
 fn stays_finite<R: Real>(believed: &Believed, l1: f64) -> f64 {
     let mut believed = believed.clone();
-    believed.l1_1_s = l1;
+    believed.l1_1_s = Some(l1);
     let tick = believed.tick::<R>(T).unwrap();
     let z_max = tick.luenberger.friction().z_max_rad();
     let axis = believed
@@ -223,7 +223,7 @@ fn its_gains_are_finite_or_refused_with_the_reason() {
             run::<f64>(&believed, 500.0);
             continue;
         }
-        believed.l1_1_s = 500.0;
+        believed.l1_1_s = Some(500.0);
         let error = build(&believed).unwrap_err();
         println!("{name}: {error}");
         let BuildError::Gain(gain) = error else {
@@ -236,9 +236,9 @@ fn its_gains_are_finite_or_refused_with_the_reason() {
         assert!((0.1..0.6).contains(&speed_rad_s), "{speed_rad_s}");
         let nearest = gain.nearest.unwrap();
         // A hair less than the nearest gain is refused: it is the nearest.
-        believed.l1_1_s = nearest;
+        believed.l1_1_s = Some(nearest);
         assert!(build(&believed).is_ok());
-        believed.l1_1_s = nearest - 1e-3;
+        believed.l1_1_s = Some(nearest - 1e-3);
         assert!(build(&believed).is_err());
     }
 }
@@ -253,7 +253,7 @@ fn build(believed: &Believed) -> Result<Luenberger<f64, Stribeck<f64>>, BuildErr
 fn the_gain_that_a_refusal_names_runs_as_it_is_printed() {
     fn follow<R: Real>(l1: f64, regime: &str) {
         let mut believed = axis("bench.toml");
-        believed.l1_1_s = l1;
+        believed.l1_1_s = Some(l1);
         let text = believed.tick::<R>(T).unwrap_err().to_string();
         println!("{text}");
         let (head, tail) = text

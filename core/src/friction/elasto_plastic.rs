@@ -27,6 +27,8 @@ pub struct ElastoPlastic<T, C> {
     breakaway_ratio: T,
     per_mixed_range: T,
     z_max_rad: T,
+    /// z_ba at high speed, its least.
+    always_elastic_rad: T,
 }
 
 /// Deflection of the bristles.
@@ -58,6 +60,7 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
             "at least 0 and below 1",
         )?;
         Ok(Self {
+            always_elastic_rad: breakaway_ratio * curve.coulomb_nm() / stiffness_nm_rad,
             z_max_rad: curve.stiction_nm() / stiffness_nm_rad,
             curve,
             stiffness_nm_rad,
@@ -121,12 +124,16 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
     /// Deflection after a displacement, and the share of the displacement that was plastic. alpha is taken half-way.
     #[inline]
     fn deflect(&self, z: T, dq: T, speed: T) -> (T, T) {
-        let z_ss = self.z_ss_rad(speed);
         let half_way = z + T::of(0.5) * dq;
         let along = if dq < T::ZERO { -half_way } else { half_way };
-        // Products rather than quotients are compared, and an elastic step adds without rounding twice.
+        let elastic = ((z + dq).within(self.z_max_rad), T::ZERO);
+        // Elastic at any speed, whatever the curve says there.
+        if along <= self.always_elastic_rad {
+            return elastic;
+        }
+        let z_ss = self.z_ss_rad(speed);
         if along <= self.breakaway_ratio * z_ss {
-            return ((z + dq).within(self.z_max_rad), T::ZERO);
+            return elastic;
         }
         let alpha = if along >= z_ss {
             T::ONE

@@ -40,6 +40,23 @@ pub struct Settings<T> {
     pub max_torque_nm: T,
 }
 
+impl<T: Real> Settings<T> {
+    /// The same settings in another precision.
+    pub fn cast<U: Real>(&self) -> Settings<U> {
+        let to = |x: T| U::of(x.to_f64());
+        Settings {
+            inertia_kg_m2: to(self.inertia_kg_m2),
+            rad_per_count: to(self.rad_per_count),
+            sample_time_s: to(self.sample_time_s),
+            l1_1_s: to(self.l1_1_s),
+            l2: to(self.l2),
+            offset_nm: to(self.offset_nm),
+            max_speed_rad_s: to(self.max_speed_rad_s),
+            max_torque_nm: to(self.max_torque_nm),
+        }
+    }
+}
+
 /// The observer over an elasto-plastic model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Luenberger<T, C> {

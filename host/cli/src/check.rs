@@ -39,7 +39,8 @@ struct Row {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
     let setup = Setup::new(args.axis.as_ref())?;
-    let friction = setup.believed.elasto_plastic()?;
+    // Over the sampled curve, as the controller holds it.
+    let friction = setup.believed.tabulated::<f64>()?;
     let settings = setup.believed.observer_settings(setup.sample_time_s());
     let available_nm = args.torque_nm.or(setup.believed.drive.torque_limit_nm);
     let design = Design {
@@ -88,7 +89,10 @@ fn row(
     Row {
         name: finding.name,
         value: finding.value,
-        unit: finding.unit.replace("rad", unit.position()),
+        unit: finding
+            .unit
+            .replace("N m", unit.effort())
+            .replace("rad", unit.position()),
         verdict: match finding.verdict {
             Verdict::Good => "good",
             Verdict::Mind => "mind",

@@ -14,7 +14,25 @@ fn bristle(folder: &Path, words: &[&str]) -> Output {
         .unwrap()
 }
 
-/// A file's name, its bytes, and what the line must say.
+/// A folder that holds an axis file and a log.
+fn folder(axis: &[u8], log: &[u8]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("axis.toml"), axis).unwrap();
+    std::fs::write(folder.path().join("log.csv"), log).unwrap();
+    folder
+}
+
+const SIMULATE: [&str; 7] = [
+    "simulate",
+    "--axis",
+    "axis.toml",
+    "--input",
+    "log.csv",
+    "--out",
+    "out.csv",
+];
+
+/// A case's name, the file's bytes, and what the line must say.
 type Case = (&'static str, &'static [u8], &'static str);
 
 const LOGS: &[Case] = &[
@@ -156,9 +174,7 @@ fn assert_refused(name: &str, folder: &Path, output: &Output, says: &str) {
 #[test]
 fn bad_logs() {
     for (name, bytes, says) in LOGS {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("axis.toml"), AXIS).unwrap();
-        std::fs::write(folder.path().join("log.csv"), bytes).unwrap();
+        let folder = folder(AXIS.as_bytes(), bytes);
         let words = [
             "observe",
             "--axis",
@@ -171,16 +187,7 @@ fn bad_logs() {
         assert_refused(name, folder.path(), &output, says);
         // An input of a simulation may lack the position; the rest is refused alike.
         if *name != "missing position" {
-            let words = [
-                "simulate",
-                "--axis",
-                "axis.toml",
-                "--input",
-                "log.csv",
-                "--out",
-                "out.csv",
-            ];
-            let output = bristle(folder.path(), &words);
+            let output = bristle(folder.path(), &SIMULATE);
             assert_refused(name, folder.path(), &output, "log.csv");
         }
     }
@@ -189,19 +196,8 @@ fn bad_logs() {
 #[test]
 fn bad_axis_files() {
     for (name, bytes, says) in AXES {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("axis.toml"), bytes).unwrap();
-        std::fs::write(folder.path().join("log.csv"), LOG).unwrap();
-        let words = [
-            "simulate",
-            "--axis",
-            "axis.toml",
-            "--input",
-            "log.csv",
-            "--out",
-            "out.csv",
-        ];
-        let output = bristle(folder.path(), &words);
+        let folder = folder(bytes, LOG.as_bytes());
+        let output = bristle(folder.path(), &SIMULATE);
         assert_refused(name, folder.path(), &output, says);
     }
 }
@@ -238,9 +234,7 @@ fn bad_usage() {
 
 #[test]
 fn bad_effects() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("axis.toml"), AXIS).unwrap();
-    std::fs::write(folder.path().join("log.csv"), LOG).unwrap();
+    let folder = folder(AXIS.as_bytes(), LOG.as_bytes());
     let cases = [
         ("actuator.coging", "actuator.cogging"),
         ("actuator.cogging:amplitude", "has no value"),
@@ -249,17 +243,7 @@ fn bad_effects() {
         ("mechanics.offset:force_n=1", "torque_nm"),
     ];
     for (effect, says) in cases {
-        let words = [
-            "simulate",
-            "--axis",
-            "axis.toml",
-            "--input",
-            "log.csv",
-            "--out",
-            "out.csv",
-            "--effect",
-            effect,
-        ];
+        let words = [&SIMULATE[..], &["--effect", effect]].concat();
         let output = bristle(folder.path(), &words);
         assert_refused(effect, folder.path(), &output, says);
     }
@@ -267,9 +251,7 @@ fn bad_effects() {
 
 #[test]
 fn an_output_that_cannot_be_written_leaves_the_old_one() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("axis.toml"), AXIS).unwrap();
-    std::fs::write(folder.path().join("log.csv"), LOG).unwrap();
+    let folder = folder(AXIS.as_bytes(), LOG.as_bytes());
     let words = [
         "observe",
         "--axis",

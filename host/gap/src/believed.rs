@@ -277,6 +277,17 @@ impl Believed {
         .map_err(|error| self.refused(&error))
     }
 
+    /// The same model over a sampled curve, as the controller holds it: up to eight Stribeck velocities, where a Gaussian
+    /// fall has long ended.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn tabulated<T: Real>(&self) -> Result<ElastoPlastic<T, Table<T>>, InputError> {
+        self.elasto_plastic()?
+            .tabulated(8.0 * self.stribeck_velocity_rad_s)
+            .map_err(|error| self.refused(&error))
+    }
+
     /// The friction model of the file, running; the LuGre model shares its parameters with the elasto-plastic one.
     ///
     /// # Errors
@@ -435,27 +446,11 @@ impl Believed {
     pub fn tick<T: Real>(&self, sample_time_s: f64) -> Result<Tick<T, Table<T>>, InputError> {
         let to = T::of;
         let settings = self.observer_settings(sample_time_s);
-        let friction = self
-            .elasto_plastic()?
-            .tabulated(8.0 * self.stribeck_velocity_rad_s)
-            .map_err(|error| self.refused(&error))?;
+        let friction = self.tabulated()?;
         let largest_step_rad = self.speed_limit_rad_s * sample_time_s;
         let largest_step = (largest_step_rad / self.rad_per_count())
             .clamp(1.0, self.counts_per_turn.round().min(f64::from(i32::MAX)));
-        let luenberger = Luenberger::new(
-            friction,
-            luenberger::Settings {
-                inertia_kg_m2: to(settings.inertia_kg_m2),
-                rad_per_count: to(settings.rad_per_count),
-                sample_time_s: to(settings.sample_time_s),
-                l1_1_s: to(settings.l1_1_s),
-                l2: to(settings.l2),
-                offset_nm: to(settings.offset_nm),
-                max_speed_rad_s: to(settings.max_speed_rad_s),
-                max_torque_nm: to(settings.max_torque_nm),
-            },
-        )
-        .map_err(|error| {
+        let luenberger = Luenberger::new(friction, settings.cast()).map_err(|error| {
             InputError::new(
                 &self.path,
                 format!("[observer] at {} Hz: {error}", 1.0 / sample_time_s),
