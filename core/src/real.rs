@@ -101,8 +101,8 @@ macro_rules! real {
             }
             #[inline]
             fn to_index(self) -> usize {
-                // Through i32: one instruction on a Cortex-M4F, and a loop index needs no more range.
-                (self as i32).max(0) as usize
+                // Through u32: one instruction on a Cortex-M4F, and a loop index needs no more range.
+                self as u32 as usize
             }
             #[inline]
             fn is_finite(self) -> bool {

@@ -32,9 +32,11 @@ pub struct Scaling {
 /// Parameters in fixed-point units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElastoPlasticFixed {
-    z_ss_bits: [i32; SEGMENTS + 1],
-    per_z_ss_bits: [i32; SEGMENTS + 1],
+    /// One more than there are ends of segments: the last segment is flat, and holds every higher speed.
+    z_ss_bits: [i32; SEGMENTS + 2],
+    per_z_ss_bits: [i32; SEGMENTS + 2],
     segments_per_speed: I16F16,
+    top_speed: I16F16,
     z_max: I16F16,
     breakaway_ratio: Share,
     per_mixed_range: I8F24,
@@ -75,7 +77,7 @@ impl ElastoPlasticFixed {
     /// The model in the given scaling.
     ///
     /// # Errors
-    /// z_ss outside 1/64 to 1024 counts; a ratio above 0.99; a torque coefficient of 128 full scales per count or more,
+    /// z_ss outside 1/64 to 1024 counts; stiction above 3.5 times Coulomb friction; a ratio above 0.99; a torque coefficient of 128 full scales per count or more,
     /// or a stiffness so small against full scale that fewer than 12 bits are left of it.
     pub fn new<C: Curve<f64>>(
         model: &ElastoPlastic<f64, C>,
@@ -85,10 +87,10 @@ impl ElastoPlasticFixed {
         let sample = positive("sample_time_s", scaling.sample_time_s)?;
         let full = positive("full_scale_nm", scaling.full_scale_nm)?;
         let top = positive("top_speed_rad_s", scaling.top_speed_rad_s)?;
-        let mut z_ss_bits = [0; SEGMENTS + 1];
-        let mut per_z_ss_bits = [0; SEGMENTS + 1];
+        let mut z_ss_bits = [0; SEGMENTS + 2];
+        let mut per_z_ss_bits = [0; SEGMENTS + 2];
         for (i, (z, per_z)) in z_ss_bits.iter_mut().zip(&mut per_z_ss_bits).enumerate() {
-            let counts = model.z_ss_rad(top * i as f64 / SEGMENTS as f64) / count;
+            let counts = model.z_ss_rad(top * i.min(SEGMENTS) as f64 / SEGMENTS as f64) / count;
             require(
                 "z_ss in counts",
                 counts,
@@ -98,6 +100,14 @@ impl ElastoPlasticFixed {
             *z = I16F16::saturating_from_num(counts).to_bits();
             *per_z = I8F24::saturating_from_num(1.0 / counts).to_bits();
         }
+        // A deflection of z_max as a share of the least z_ss has to fit a share, which ends at 4.
+        let fall = model.curve().stiction_nm() / model.curve().coulomb_nm();
+        require(
+            "stiction over Coulomb friction",
+            fall,
+            fall <= 3.5,
+            "at most 3.5",
+        )?;
         let ratio = model.breakaway_ratio();
         require("breakaway_ratio", ratio, ratio <= 0.99, "at most 0.99")?;
         let segments_per_speed = SEGMENTS as f64 * count / (top * sample);
@@ -120,6 +130,7 @@ impl ElastoPlasticFixed {
             z_ss_bits,
             per_z_ss_bits,
             segments_per_speed: I16F16::saturating_from_num(segments_per_speed),
+            top_speed: I16F16::saturating_from_num(SEGMENTS as f64 / segments_per_speed),
             z_max: I16F16::saturating_from_num(model.z_max_rad() / count),
             breakaway_ratio: Share::saturating_from_num(ratio),
             per_mixed_range: I8F24::saturating_from_num(1.0 / (1.0 - ratio)),
@@ -147,16 +158,17 @@ impl ElastoPlasticFixed {
         self.z_max
     }
 
-    /// Steady deflection at a speed in counts per sample.
+    /// Steady deflection at a speed in counts per sample, zero or more.
     #[inline]
     pub fn steady(&self, speed: I16F16) -> Steady {
-        let x = speed.saturating_mul(self.segments_per_speed);
-        let i = (x.to_bits() >> 16).clamp(0, SEGMENTS as i32 - 1);
-        let part = (i64::from(x.to_bits()) - (i64::from(i) << 16)).clamp(0, 1 << 16);
-        let at = |table: &[i32; SEGMENTS + 1]| {
-            let value = |i: i32| table.get(i as usize).copied().unwrap_or(0);
+        let speed = i64::from(speed.min(self.top_speed).to_bits());
+        let x = ((speed * i64::from(self.segments_per_speed.to_bits())) >> 16) as u32;
+        let i = (x >> 16).min(SEGMENTS as u32) as usize;
+        let part = i64::from(x & 0xffff);
+        let at = |table: &[i32; SEGMENTS + 2]| {
+            let value = |i: usize| table.get(i).copied().unwrap_or(0);
             let (low, high) = (value(i), value(i + 1));
-            low.wrapping_add((((i64::from(high) - i64::from(low)) * part) >> 16) as i32)
+            low.wrapping_add(((i64::from(high.wrapping_sub(low)) * part) >> 16) as i32)
         };
         Steady {
             z_ss: I16F16::from_bits(at(&self.z_ss_bits)),
@@ -178,16 +190,22 @@ impl ElastoPlasticFixed {
         half_sine(Share::from_bits(x))
     }
 
-    /// Deflection as a share of z_ss, positive where `direction` is; saturates at 3.
+    /// A deflection of at most z_max as a share of z_ss, positive where `direction` is.
     #[inline]
     pub fn share_along(&self, z: I16F16, steady: Steady, direction: I16F16) -> Share {
         let share = (i64::from(z.to_bits()) * i64::from(steady.per_z_ss.to_bits())) >> 11;
-        let along = if direction < I16F16::ZERO {
-            -share
+        let share = Share::from_bits(share as i32);
+        if direction < I16F16::ZERO {
+            share.wrapping_neg()
         } else {
             share
-        };
-        Share::from_bits(along.clamp(-(3 << 29), 3 << 29) as i32)
+        }
+    }
+
+    /// A deflection within z_max.
+    #[inline]
+    pub fn within(&self, z: I16F16) -> I16F16 {
+        z.max(self.z_max.wrapping_neg()).min(self.z_max)
     }
 
     /// Advances z by a displacement in counts during one sample at a speed in counts per sample, and gives the torque
@@ -197,32 +215,34 @@ impl ElastoPlasticFixed {
         let z = state.z_counts;
         let speed = displacement.saturating_abs();
         let steady = self.steady(speed);
-        let half_way = z.saturating_add(displacement >> 1);
+        let half_way = self.within(z.saturating_add(displacement >> 1));
         let alpha = self.alpha(self.share_along(half_way, steady, displacement));
         // |dq|/z_ss and alpha |dq|/z_ss, both with 24 fractional bits and stopped before they overflow.
         let travel = (i64::from(speed.to_bits()) * i64::from(steady.per_z_ss.to_bits())) >> 16;
-        let decay = (travel.min(1 << 33) * i64::from(alpha.to_bits())) >> 29;
+        let travel = travel.min(i64::from(i32::MAX)) as i32;
+        let decay = ((i64::from(travel) * i64::from(alpha.to_bits())) >> 29) as i32;
         let sum = z.saturating_add(displacement);
         let next = if decay >= LARGEST_DECAY {
             steady.along(displacement)
         } else {
-            let inverse = i64::from(inverse_of_one_plus(decay as u32));
+            let inverse = i64::from(inverse_of_one_plus(decay.cast_unsigned()).cast_signed());
             // Rounded to nearest: a cut would pull z the same way at every step.
             I16F16::from_bits(((i64::from(sum.to_bits()) * inverse + (1 << 29)) >> 30) as i32)
         };
-        let next = next.max(self.z_max.wrapping_neg()).min(self.z_max);
+        let next = self.within(next);
         state.z_counts = next;
+        // Below 2^57, 2^58 and 2^62: the sum cannot overflow, only its narrowing can.
         let product = |a: I8F24, b: I16F16| i64::from(a.to_bits()) * i64::from(b.to_bits());
         let torque = product(self.stiffness, next)
-            .saturating_add(product(self.damping, next.saturating_sub(z)))
-            .saturating_add(product(self.viscous, displacement))
+            .wrapping_add(product(self.damping, next.wrapping_sub(z)))
+            .wrapping_add(product(self.viscous, displacement))
             >> 10;
         I2F30::from_bits(torque.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
     }
 }
 
-/// From a decay of 128 on, z' is z_ss to better than one part in a hundred, and its inverse would lose its bits.
-const LARGEST_DECAY: i64 = 128 << 24;
+/// From a decay of 127 on, z' is z_ss to better than one part in a hundred, and its inverse would lose its bits.
+const LARGEST_DECAY: i32 = 127 << 24;
 
 /// 1/(1 + x) in 30 fractional bits for x in 24 fractional bits below 128: a 16-bit quotient, then one Newton step.
 #[inline]
@@ -230,9 +250,9 @@ fn inverse_of_one_plus(x: u32) -> u32 {
     let d = (1_u32 << 24).saturating_add(x);
     // 2^32/(d/2^8) has 16 fractional bits; d is at least 2^24, so the divisor is never zero.
     let coarse = u64::from(u32::MAX / (d >> 8).max(1));
-    // r (2 - d r): 24 + 16 fractional bits inside, 30 outside.
-    let rest = (2_u64 << 40).saturating_sub(u64::from(d) * coarse);
-    ((coarse * (rest >> 16)) >> 10) as u32
+    // r (2 - d r): 24 + 16 fractional bits inside, which is less than 2^42; 30 outside.
+    let rest = (2_u64 << 40).wrapping_sub(u64::from(d) * coarse);
+    ((coarse * u64::from((rest >> 16) as u32)) >> 10) as u32
 }
 
 /// [`super::elasto_plastic::half_sine`] in fixed point; `x` is between 0 and 1.
@@ -252,8 +272,8 @@ fn half_sine(x: Share) -> Share {
     y.max(Share::ZERO).min(Share::ONE)
 }
 
-const COEFFICIENTS: [Share; 5] = {
-    let mut out = [Share::ZERO; 5];
+const COEFFICIENTS: [Share; 4] = {
+    let mut out = [Share::ZERO; 4];
     let mut i = 0;
     while i < out.len() {
         out[i] = Share::from_bits((HALF_SINE[i] * (1_i64 << 29) as f64) as i32);

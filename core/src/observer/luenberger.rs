@@ -62,9 +62,15 @@ impl<T: Real> Settings<T> {
 pub struct Luenberger<T, C> {
     friction: ElastoPlastic<T, C>,
     settings: Settings<T>,
-    speed_per_torque: T,
     largest_step_rad: T,
-    per_sample_time: T,
+    /// 1 - T (sigma2/J + l1): what stays of the velocity.
+    kept: T,
+    /// T/J.
+    by_torque: T,
+    /// T sigma0/J.
+    by_deflection: T,
+    /// sigma1/J.
+    by_deflection_step: T,
 }
 
 /// Estimates, and how many samples were rejected.
@@ -123,12 +129,17 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         }
         let (regime, growth) = largest_growth(&friction, &settings, settings.l1_1_s.to_f64());
         if growth < LARGEST_GROWTH {
+            let by_torque = settings.sample_time_s / settings.inertia_kg_m2;
             return Ok(Self {
-                friction,
                 settings,
-                speed_per_torque: settings.sample_time_s / settings.inertia_kg_m2,
-                per_sample_time: T::ONE / settings.sample_time_s,
                 largest_step_rad: settings.max_speed_rad_s * settings.sample_time_s,
+                kept: T::ONE
+                    - by_torque * friction.viscous_nm_s_rad()
+                    - settings.sample_time_s * settings.l1_1_s,
+                by_torque,
+                by_deflection: by_torque * friction.stiffness_nm_rad(),
+                by_deflection_step: friction.damping_nm_s_rad() / settings.inertia_kg_m2,
+                friction,
             });
         }
         let scale = 1.0 / settings.sample_time_s.to_f64();
@@ -165,15 +176,12 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         } = state.estimate;
         let measured = T::of_count(step_counts) * s.rad_per_count;
         let expected = s.sample_time_s * v;
-        let innovation = measured - expected;
         let next = self.friction.advance(z, expected, v.abs());
-        let friction_nm = self.friction.stiffness_nm_rad() * next
-            + self.friction.damping_nm_s_rad() * self.per_sample_time * (next - z)
-            + self.friction.viscous_nm_s_rad() * v;
-        let velocity_rad_s = v
-            + self.speed_per_torque * (torque_nm + s.offset_nm - friction_nm)
-            + s.l1_1_s * innovation;
-        let z_rad = (next + s.l2 * innovation).within(self.friction.z_max_rad());
+        let velocity_rad_s =
+            self.kept * v + s.l1_1_s * measured + self.by_torque * (torque_nm + s.offset_nm)
+                - self.by_deflection * next
+                - self.by_deflection_step * (next - z);
+        let z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
         // Comparisons written so that a NaN fails them.
         let believed = torque_nm.abs() <= s.max_torque_nm
             && measured.abs() <= self.largest_step_rad

@@ -63,8 +63,7 @@ impl TimeFreeFixed {
             let moved = (i64::from(dq.to_bits()) * i64::from(elastic.to_bits())) >> 29;
             z.saturating_add(I16F16::from_bits(moved as i32))
         };
-        let z_max = self.friction.z_max();
-        state.z_counts = next.max(z_max.wrapping_neg()).min(z_max);
+        state.z_counts = self.friction.within(next);
         state.z_counts
     }
 }
