@@ -52,25 +52,11 @@ pub struct State {
     pub z_counts: I16F16,
 }
 
-/// Steady deflection at a speed, and its inverse.
+/// A place in the tables of steady deflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Steady {
-    /// z_ss, counts.
-    pub z_ss: I16F16,
-    /// 1/z_ss, 1/count.
-    pub per_z_ss: I8F24,
-}
-
-impl Steady {
-    /// z_ss with the sign of `direction`.
-    #[inline]
-    pub fn along(self, direction: I16F16) -> I16F16 {
-        if direction < I16F16::ZERO {
-            self.z_ss.wrapping_neg()
-        } else {
-            self.z_ss
-        }
-    }
+pub struct Place {
+    segment: usize,
+    part: u32,
 }
 
 impl ElastoPlasticFixed {
@@ -158,22 +144,32 @@ impl ElastoPlasticFixed {
         self.z_max
     }
 
-    /// Steady deflection at a speed in counts per sample, zero or more.
+    /// Where a speed in counts per sample, zero or more, stands in the tables.
     #[inline]
-    pub fn steady(&self, speed: I16F16) -> Steady {
+    pub fn place(&self, speed: I16F16) -> Place {
         let speed = i64::from(speed.min(self.top_speed).to_bits());
         let x = ((speed * i64::from(self.segments_per_speed.to_bits())) >> 16) as u32;
-        let i = (x >> 16).min(SEGMENTS as u32) as usize;
-        let part = i64::from(x & 0xffff);
-        let at = |table: &[i32; SEGMENTS + 2]| {
-            let value = |i: usize| table.get(i).copied().unwrap_or(0);
-            let (low, high) = (value(i), value(i + 1));
-            low.wrapping_add(((i64::from(high.wrapping_sub(low)) * part) >> 16) as i32)
-        };
-        Steady {
-            z_ss: I16F16::from_bits(at(&self.z_ss_bits)),
-            per_z_ss: I8F24::from_bits(at(&self.per_z_ss_bits)),
+        Place {
+            segment: (x >> 16).min(SEGMENTS as u32) as usize,
+            part: x & 0xffff,
         }
+    }
+
+    /// z_ss in counts, with the sign of `direction`.
+    #[inline]
+    pub fn z_ss_along(&self, place: Place, direction: I16F16) -> I16F16 {
+        let z_ss = I16F16::from_bits(between(&self.z_ss_bits, place));
+        if direction < I16F16::ZERO {
+            z_ss.wrapping_neg()
+        } else {
+            z_ss
+        }
+    }
+
+    /// 1/z_ss, 1/count.
+    #[inline]
+    pub fn per_z_ss(&self, place: Place) -> I8F24 {
+        I8F24::from_bits(between(&self.per_z_ss_bits, place))
     }
 
     /// alpha at a share of z_ss that is counted positive in the direction of motion.
@@ -192,8 +188,8 @@ impl ElastoPlasticFixed {
 
     /// A deflection of at most z_max as a share of z_ss, positive where `direction` is.
     #[inline]
-    pub fn share_along(&self, z: I16F16, steady: Steady, direction: I16F16) -> Share {
-        let share = (i64::from(z.to_bits()) * i64::from(steady.per_z_ss.to_bits())) >> 11;
+    pub fn share_along(&self, z: I16F16, per_z_ss: I8F24, direction: I16F16) -> Share {
+        let share = (i64::from(z.to_bits()) * i64::from(per_z_ss.to_bits())) >> 11;
         let share = Share::from_bits(share as i32);
         if direction < I16F16::ZERO {
             share.wrapping_neg()
@@ -214,16 +210,17 @@ impl ElastoPlasticFixed {
     pub fn step(&self, state: &mut State, displacement: I16F16) -> I2F30 {
         let z = state.z_counts;
         let speed = displacement.saturating_abs();
-        let steady = self.steady(speed);
+        let place = self.place(speed);
+        let per_z_ss = self.per_z_ss(place);
         let half_way = self.within(z.saturating_add(displacement >> 1));
-        let alpha = self.alpha(self.share_along(half_way, steady, displacement));
+        let alpha = self.alpha(self.share_along(half_way, per_z_ss, displacement));
         // |dq|/z_ss and alpha |dq|/z_ss, both with 24 fractional bits and stopped before they overflow.
-        let travel = (i64::from(speed.to_bits()) * i64::from(steady.per_z_ss.to_bits())) >> 16;
+        let travel = (i64::from(speed.to_bits()) * i64::from(per_z_ss.to_bits())) >> 16;
         let travel = travel.min(i64::from(i32::MAX)) as i32;
         let decay = ((i64::from(travel) * i64::from(alpha.to_bits())) >> 29) as i32;
         let sum = z.saturating_add(displacement);
         let next = if decay >= LARGEST_DECAY {
-            steady.along(displacement)
+            self.z_ss_along(place, displacement)
         } else {
             let inverse = i64::from(inverse_of_one_plus(decay.cast_unsigned()).cast_signed());
             // Rounded to nearest: a cut would pull z the same way at every step.
@@ -239,6 +236,15 @@ impl ElastoPlasticFixed {
             >> 10;
         I2F30::from_bits(torque.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
     }
+}
+
+/// A table's value at a place.
+#[inline]
+fn between(table: &[i32; SEGMENTS + 2], place: Place) -> i32 {
+    let value = |i: usize| table.get(i).copied().unwrap_or(0);
+    let (low, high) = (value(place.segment), value(place.segment + 1));
+    let rise = (i64::from(high.wrapping_sub(low)) * i64::from(place.part)) >> 16;
+    low.wrapping_add(rise as i32)
 }
 
 /// From a decay of 127 on, z' is z_ss to better than one part in a hundred, and its inverse would lose its bits.

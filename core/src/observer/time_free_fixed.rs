@@ -54,10 +54,12 @@ impl TimeFreeFixed {
             return z;
         }
         let dq = I16F16::from_bits(step_counts << 16);
-        let steady = self.friction.steady(speed.saturating_abs());
-        let share = self.friction.share_along(z, steady, dq);
+        let place = self.friction.place(speed.saturating_abs());
+        let share = self
+            .friction
+            .share_along(z, self.friction.per_z_ss(place), dq);
         let next = if share >= Share::ONE {
-            steady.along(z)
+            self.friction.z_ss_along(place, z)
         } else {
             let elastic = Share::ONE.wrapping_sub(self.friction.alpha(share).wrapping_mul(share));
             let moved = (i64::from(dq.to_bits()) * i64::from(elastic.to_bits())) >> 29;
