@@ -5,7 +5,7 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
 use crate::ring::{Putter, Ring, Taker};
 use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES};
@@ -40,7 +40,12 @@ impl<T> Place<T> {
     /// Nobody else may reach it meanwhile.
     pub unsafe fn fill(&self, value: T) {
         // SAFETY: the caller's promise. Through the pointer, so that a large value is not copied to and fro.
-        unsafe { self.0.get().cast::<T>().write(value) };
+        unsafe { self.pointer().write(value) };
+    }
+
+    /// Where it is.
+    const fn pointer(&self) -> *mut T {
+        self.0.get().cast()
     }
 
     /// What is in it.
@@ -51,7 +56,7 @@ impl<T> Place<T> {
     #[inline(always)]
     pub unsafe fn get(&self) -> &mut T {
         // SAFETY: the caller's promise.
-        unsafe { &mut *self.0.get().cast::<T>() }
+        unsafe { &mut *self.pointer() }
     }
 }
 
@@ -78,10 +83,12 @@ pub static TICK: Place<TickSide> = Place::empty();
 #[unsafe(link_section = ".ccm.bss.config")]
 static CONFIGS: [Place<Config>; 2] = [Place::empty(), Place::empty()];
 
-/// Slot that the tick runs on. Written by the tick.
-static ACTIVE: AtomicU32 = AtomicU32::new(0);
-/// Slot that it shall run on. Written outside.
-static NEXT: AtomicU32 = AtomicU32::new(0);
+/// Parameters that the tick runs on. Written by the tick.
+///
+/// A pointer and not the slot's number: from a number the compiler selects the address of every field anew.
+static ACTIVE: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
+/// Parameters that it shall run on. Written outside.
+static NEXT: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
 
 static SAMPLES: Ring<Record, QUEUE_SAMPLES> = Ring::new();
 static ORDERS: Ring<Order, QUEUE_ORDERS> = Ring::new();
@@ -106,6 +113,8 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
         CONFIGS[0].fill(config);
+        NEXT.store(CONFIGS[0].pointer(), Ordering::Relaxed);
+        ACTIVE.store(CONFIGS[0].pointer(), Ordering::Relaxed);
         let (samples_in, samples_out) = SAMPLES.split();
         let (orders_in, orders_out) = ORDERS.split();
         TICK.fill(TickSide {
@@ -133,11 +142,9 @@ pub unsafe fn config() -> &'static Config {
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
     ACTIVE.store(next, Ordering::Relaxed);
-    let [first, second] = &CONFIGS;
-    let slot = if next == 0 { first } else { second };
     // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
     // been active.
-    unsafe { slot.get() }
+    unsafe { &*next }
 }
 
 /// True while the tick has not yet taken over the parameters offered last.
@@ -150,12 +157,15 @@ pub fn offer(config: &Config) -> bool {
     if offer_is_pending() {
         return false;
     }
-    let free = 1 - NEXT.load(Ordering::Relaxed);
     let [first, second] = &CONFIGS;
-    let slot = if free == 0 { first } else { second };
+    let free = if NEXT.load(Ordering::Relaxed) == first.pointer() {
+        second
+    } else {
+        first
+    };
     // SAFETY: the tick runs on the other slot, and will until `NEXT` names this one.
-    unsafe { slot.fill(*config) };
+    unsafe { free.fill(*config) };
     compiler_fence(Ordering::SeqCst);
-    NEXT.store(free, Ordering::Relaxed);
+    NEXT.store(free.pointer(), Ordering::Relaxed);
     true
 }
