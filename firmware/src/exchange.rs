@@ -8,7 +8,7 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
 use crate::ring::{Putter, Ring, Taker};
-use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES};
+use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::{Controller, Order};
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
@@ -74,6 +74,8 @@ pub struct TickSide {
     pub late: bool,
     /// Count of core cycles at the last entry.
     pub entered: u32,
+    /// Ticks until the tasks are woken.
+    pub ticks_to_wake: u32,
 }
 
 /// The tick's state; only the handler reaches it once it runs.
@@ -124,6 +126,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
             overrun: false,
             late: false,
             entered: 0,
+            ticks_to_wake: TICKS_PER_WAKE,
         });
         Ends {
             samples: samples_out,
