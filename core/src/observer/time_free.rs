@@ -71,7 +71,8 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
             return z;
         }
         let z_ss = self.friction.z_ss_rad(velocity_rad_s.abs());
-        let along = z.copysign(z * dq);
+        // Counted positive in the direction of the step.
+        let along = if step_counts < 0 { -z } else { z };
         let next = if along <= self.friction.breakaway_ratio() * z_ss {
             z + dq
         } else if along >= z_ss {

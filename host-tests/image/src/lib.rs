@@ -5,6 +5,7 @@
 //! without flash wait states (see [`cycles`]). Instruction counts are exact and repeat; an instruction whose condition
 //! fails counts, as it takes its cycle. Cycles are estimates.
 
+pub mod against_c;
 pub mod axis;
 pub mod budget;
 pub mod bus;
