@@ -1,0 +1,107 @@
+//! Counts the instructions of the tick and its pieces. Writes `docs/budgets.md`, or with `--check` compares with it.
+
+use bristle_core::command::Command;
+use bristle_core::experiment::Experiment;
+use bristle_image::Image;
+use bristle_image::budget::{self, Row};
+use bristle_image::host::Session;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const HEAD: &str = "# Budgets
+
+Written by the program `budgets` of `host-tests/image`; do not edit. With `--check` the same program compares, and fails
+where a count of instructions has grown by more than 3 % or a limit on cycles is exceeded.
+
+Instruction counts are exact: the release code runs in an emulator, and the counts repeat. Cycles are **estimates** from
+them: each instruction costs what the Cortex-M4 manual says for its class without wait states, the upper end where it
+gives a range, and a taken branch two cycles for the refill. Nothing here was measured on silicon.
+
+A piece runs as a function of its own, called with the inputs of a recorded run (the sine experiment of the thesis,
+0.035 N m, 1 s, on the virtual axis of the bench, two periods) and then with extreme ones; its call and return count.
+The handler is the interrupt of the firmware's image, from its first to its last instruction, in the same experiment,
+arming and start included; the core's entry and exit come on top, about 22 cycles.
+
+";
+
+fn main() -> ExitCode {
+    let check = std::env::args().any(|a| a == "--check");
+    match run(check) {
+        Ok(complaints) if complaints.is_empty() => ExitCode::SUCCESS,
+        Ok(complaints) => {
+            for complaint in &complaints {
+                eprintln!("{complaint}");
+            }
+            // A table that is being written is written whatever it says; the check is what fails.
+            ExitCode::from(u8::from(check))
+        }
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(check: bool) -> Result<Vec<String>, String> {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let document = here.join("../../docs/budgets.md");
+    let mut rows = budget::pieces(&Image::read(&kernels(here)?)?)?;
+    rows.push(handler(here)?);
+    let table = budget::table(&rows);
+    println!("{table}");
+    let known = std::fs::read_to_string(&document).unwrap_or_default();
+    let complaints = budget::complaints(&rows, &known);
+    if !check {
+        std::fs::write(&document, format!("{HEAD}{table}"))
+            .map_err(|e| format!("{}: {e}", document.display()))?;
+    }
+    Ok(complaints)
+}
+
+/// The ELF of the pieces: `BRISTLE_KERNELS`, or built here.
+fn kernels(here: &Path) -> Result<PathBuf, String> {
+    if let Some(path) = std::env::var_os("BRISTLE_KERNELS") {
+        return Ok(path.into());
+    }
+    let crate_dir = here.join("kernels");
+    let status = std::process::Command::new("cargo")
+        .args(["build", "--release", "--quiet"])
+        .current_dir(&crate_dir)
+        .status()
+        .map_err(|e| format!("cargo: {e}"))?;
+    if !status.success() {
+        return Err("the kernels do not build; is the target thumbv7em-none-eabihf there?".into());
+    }
+    Ok(target(crate_dir.join("target")).join("kernels"))
+}
+
+fn target(default: PathBuf) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or(default, PathBuf::from)
+        .join("thumbv7em-none-eabihf/release")
+}
+
+/// The handler in the firmware's own image.
+fn handler(here: &Path) -> Result<Row, String> {
+    let path = std::env::var_os("BRISTLE_FIRMWARE").map_or_else(
+        || target(here.join("../../firmware/target")).join("bristle-firmware"),
+        PathBuf::from,
+    );
+    let image = Image::read(&path)?;
+    let lines = defmt_decoder::Table::parse(image.bytes())
+        .map_err(|e| e.to_string())?
+        .ok_or("the image does not log")?;
+    let mut session = Session::new(&image, &lines)?;
+    session.arm()?;
+    session.ask(&Command::Play(Experiment::Sine {
+        amplitude_nm: 0.035,
+        period_ticks: 10_000,
+    }))?;
+    session.run(20_000).map_err(|e| format!("{e:?}"))?;
+    let interrupt = bristle_image::names::interrupt("TIM7_DAC");
+    Ok(Row {
+        name: "whole handler".to_owned(),
+        cost: session.machine.cost(interrupt),
+        limit: Some(600),
+    })
+}
