@@ -2,7 +2,6 @@
 //! ten thousand turns, so nothing downstream ever sees an absolute angle.
 
 use crate::error::{ParameterError, positive, require};
-use crate::real::Real;
 
 /// What the encoder is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,11 +45,6 @@ impl Encoder {
     /// Counts per turn.
     pub fn counts_per_turn(&self) -> i32 {
         self.counts_per_turn
-    }
-
-    /// Angle of one count, rad; on a linear axis a turn is a metre and this is not the scale to use.
-    pub fn rad_per_count<T: Real>(&self) -> T {
-        T::of(core::f64::consts::TAU / f64::from(self.counts_per_turn))
     }
 
     /// Starts at a counter reading, which becomes turn 0, count 0.

@@ -117,35 +117,6 @@ impl<T: Real> Stribeck<T> {
     pub fn constant(coulomb_nm: T) -> Result<Self, ParameterError> {
         Self::new(coulomb_nm, coulomb_nm, Shape::Constant)
     }
-
-    /// The same curve in another precision.
-    pub fn cast<U: Real>(&self) -> Stribeck<U> {
-        let to = |x: T| U::of(x.to_f64());
-        Stribeck {
-            coulomb_nm: to(self.coulomb_nm),
-            stiction_nm: to(self.stiction_nm),
-            per_velocity: to(self.per_velocity),
-            shape: match self.shape {
-                Shape::Constant => Shape::Constant,
-                Shape::PiecewiseLinear { slope_nm_s_rad } => Shape::PiecewiseLinear {
-                    slope_nm_s_rad: to(slope_nm_s_rad),
-                },
-                Shape::Exponential { velocity_rad_s } => Shape::Exponential {
-                    velocity_rad_s: to(velocity_rad_s),
-                },
-                Shape::Gaussian { velocity_rad_s } => Shape::Gaussian {
-                    velocity_rad_s: to(velocity_rad_s),
-                },
-                Shape::GeneralisedExponential { rate, exponent } => Shape::GeneralisedExponential {
-                    rate: to(rate),
-                    exponent: to(exponent),
-                },
-                Shape::Lorentzian { velocity_rad_s } => Shape::Lorentzian {
-                    velocity_rad_s: to(velocity_rad_s),
-                },
-            },
-        }
-    }
 }
 
 impl<T: Real> Curve<T> for Stribeck<T> {

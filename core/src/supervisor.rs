@@ -327,8 +327,8 @@ impl Supervisor {
     fn examine(&mut self, limits: &Limits, seen: &Observation) -> Fault {
         let armed = self.state == State::Armed;
         let index_fits = self.index_fits(limits, seen.index);
-        let finite =
-            seen.wanted_nm.is_finite() && seen.velocity_rad_s.is_finite() && seen.z_rad.is_finite();
+        // Finite only if all three are.
+        let finite = (seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite();
         let stuck = self.stuck(limits, seen.step_counts);
         if !finite {
             Fault::NotFinite

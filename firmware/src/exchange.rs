@@ -5,10 +5,10 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
 use crate::ring::{Putter, Ring, Taker};
-use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES};
+use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::{Controller, Order};
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
@@ -40,7 +40,12 @@ impl<T> Place<T> {
     /// Nobody else may reach it meanwhile.
     pub unsafe fn fill(&self, value: T) {
         // SAFETY: the caller's promise. Through the pointer, so that a large value is not copied to and fro.
-        unsafe { self.0.get().cast::<T>().write(value) };
+        unsafe { self.pointer().write(value) };
+    }
+
+    /// Where it is.
+    const fn pointer(&self) -> *mut T {
+        self.0.get().cast()
     }
 
     /// What is in it.
@@ -51,7 +56,7 @@ impl<T> Place<T> {
     #[inline(always)]
     pub unsafe fn get(&self) -> &mut T {
         // SAFETY: the caller's promise.
-        unsafe { &mut *self.0.get().cast::<T>() }
+        unsafe { &mut *self.pointer() }
     }
 }
 
@@ -69,6 +74,8 @@ pub struct TickSide {
     pub late: bool,
     /// Count of core cycles at the last entry.
     pub entered: u32,
+    /// Ticks until the tasks are woken.
+    pub ticks_to_wake: u32,
 }
 
 /// The tick's state; only the handler reaches it once it runs.
@@ -78,10 +85,12 @@ pub static TICK: Place<TickSide> = Place::empty();
 #[unsafe(link_section = ".ccm.bss.config")]
 static CONFIGS: [Place<Config>; 2] = [Place::empty(), Place::empty()];
 
-/// Slot that the tick runs on. Written by the tick.
-static ACTIVE: AtomicU32 = AtomicU32::new(0);
-/// Slot that it shall run on. Written outside.
-static NEXT: AtomicU32 = AtomicU32::new(0);
+/// Parameters that the tick runs on. Written by the tick.
+///
+/// A pointer and not the slot's number: from a number the compiler selects the address of every field anew.
+static ACTIVE: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
+/// Parameters that it shall run on. Written outside.
+static NEXT: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
 
 static SAMPLES: Ring<Record, QUEUE_SAMPLES> = Ring::new();
 static ORDERS: Ring<Order, QUEUE_ORDERS> = Ring::new();
@@ -106,6 +115,8 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
         CONFIGS[0].fill(config);
+        NEXT.store(CONFIGS[0].pointer(), Ordering::Relaxed);
+        ACTIVE.store(CONFIGS[0].pointer(), Ordering::Relaxed);
         let (samples_in, samples_out) = SAMPLES.split();
         let (orders_in, orders_out) = ORDERS.split();
         TICK.fill(TickSide {
@@ -115,6 +126,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
             overrun: false,
             late: false,
             entered: 0,
+            ticks_to_wake: TICKS_PER_WAKE,
         });
         Ends {
             samples: samples_out,
@@ -133,11 +145,9 @@ pub unsafe fn config() -> &'static Config {
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
     ACTIVE.store(next, Ordering::Relaxed);
-    let [first, second] = &CONFIGS;
-    let slot = if next == 0 { first } else { second };
     // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
     // been active.
-    unsafe { slot.get() }
+    unsafe { &*next }
 }
 
 /// True while the tick has not yet taken over the parameters offered last.
@@ -150,12 +160,15 @@ pub fn offer(config: &Config) -> bool {
     if offer_is_pending() {
         return false;
     }
-    let free = 1 - NEXT.load(Ordering::Relaxed);
     let [first, second] = &CONFIGS;
-    let slot = if free == 0 { first } else { second };
+    let free = if NEXT.load(Ordering::Relaxed) == first.pointer() {
+        second
+    } else {
+        first
+    };
     // SAFETY: the tick runs on the other slot, and will until `NEXT` names this one.
-    unsafe { slot.fill(*config) };
+    unsafe { free.fill(*config) };
     compiler_fence(Ordering::SeqCst);
-    NEXT.store(free, Ordering::Relaxed);
+    NEXT.store(free.pointer(), Ordering::Relaxed);
     true
 }

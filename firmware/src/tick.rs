@@ -83,8 +83,17 @@ unsafe extern "C" fn TIM7_DAC() {
         count(&QUEUE_OVERRUNS);
     }
     side.entered = entered;
-    report(side, latency);
-    if out.record.tick.is_multiple_of(timing::TICKS_PER_WAKE) {
+    TICK_STATS
+        .ticks
+        .store(out.record.tick.wrapping_add(1), Ordering::Relaxed);
+    TICK_STATS.latency_cycles.store(latency, Ordering::Relaxed);
+    raise(&TICK_STATS.most_latency_cycles, latency);
+    // What need not be done every tick is spread, so that the longest tick is short.
+    side.ticks_to_wake -= 1;
+    if side.ticks_to_wake == timing::TICKS_PER_WAKE / 2 {
+        report(side);
+    } else if side.ticks_to_wake == 0 {
+        side.ticks_to_wake = timing::TICKS_PER_WAKE;
         board::wake_tasks();
     }
     let run = board::cycles().wrapping_sub(entered);
@@ -93,13 +102,11 @@ unsafe extern "C" fn TIM7_DAC() {
     side.late = board::next_tick_is_due();
 }
 
+/// Counters of the controller, for those outside who may not reach it.
 #[inline(always)]
-fn report(side: &exchange::TickSide, latency: u32) {
+fn report(side: &exchange::TickSide) {
     let stats = &TICK_STATS;
     let [encoder, luenberger, time_free] = side.controller.rejected();
-    count(&stats.ticks);
-    stats.latency_cycles.store(latency, Ordering::Relaxed);
-    raise(&stats.most_latency_cycles, latency);
     stats.rejected_encoder.store(encoder, Ordering::Relaxed);
     stats
         .rejected_luenberger

@@ -52,7 +52,7 @@ impl Trace {
 
     /// Sends what has come.
     pub fn run(&mut self) {
-        let mut line_due = false;
+        let mut line = None;
         let mut status_due = false;
         for _ in 0..MOST_FRAMES {
             let mut frame = wire::begin(&mut self.frame);
@@ -62,7 +62,9 @@ impl Trace {
             {
                 wire::put(&mut frame, &record);
                 count += 1;
-                line_due |= record.tick.is_multiple_of(timing::TICKS_PER_LINE);
+                if record.tick.is_multiple_of(timing::TICKS_PER_LINE) {
+                    line = Some(record);
+                }
                 status_due |= record.tick.is_multiple_of(timing::TICKS_PER_STATUS);
                 self.last = record;
             }
@@ -73,28 +75,28 @@ impl Trace {
                 send(bytes);
             }
         }
-        self.tell(line_due);
+        self.tell(line);
         if status_due && let Some(bytes) = self.report().write(&mut self.frame) {
             send(bytes);
         }
     }
 
     /// The readable trace, and a word on every new fault.
-    fn tell(&mut self, line_due: bool) {
+    fn tell(&mut self, line: Option<Record>) {
         let fault = self.last.status.fault().unwrap_or_default();
         if fault != self.fault {
             self.fault = fault;
             defmt::warn!("fault {=u8}: {=str}", fault as u8, fault.text());
         }
-        if line_due {
-            let state = self.last.status.state().unwrap_or_default();
+        if let Some(record) = line {
+            let state = record.status.state().unwrap_or_default();
             defmt::info!(
                 "{=u32} {=str}: z {=f32} rad, v {=f32} rad/s, torque {=f32} N m",
-                self.last.tick,
+                record.tick,
                 state.text(),
-                self.last.z_time_free_rad,
-                self.last.velocity_rad_s,
-                self.last.torque_ref_nm
+                record.z_time_free_rad,
+                record.velocity_rad_s,
+                record.torque_ref_nm
             );
         }
     }
