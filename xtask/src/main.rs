@@ -11,12 +11,13 @@ use std::process::{Command, ExitCode};
 
 const USAGE: &str = "usage: cargo xtask <chore>
 
-  setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser
+  setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser, emulators
   test    set up, then run every test
   build-firmware [--pwm] [--distribution]
           build the microcontroller's image and say how large it is
   check-elf [--pwm]
           build it, and show that its control interrupt cannot panic, log, mask interrupts or emulate arithmetic
+  budgets build it, count the instructions of the control tick and its pieces, write docs/budgets.md
   flash   build it, put it on the board with probe-rs and show its trace
   attach  show the trace of the board as it runs";
 
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Some("test") => test::run(),
         Some("build-firmware") => firmware::build(&options),
         Some("check-elf") => firmware::check(&options),
+        Some("budgets") => test::budgets(),
         Some("flash") => firmware::flash(&options),
         Some("attach") => firmware::attach(&options),
         _ => {

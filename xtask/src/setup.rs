@@ -15,6 +15,31 @@ pub fn run() {
     if !there("chromium") && !install("chromium") {
         eprintln!("MISSING: a browser for the test of reports; install the package chromium");
     }
+    if !there("qemu-system-arm") && !install("qemu-system-arm") {
+        eprintln!("MISSING: qemu-system-arm for core on the microcontroller's instruction set");
+    }
+    if !emulator_builds() {
+        // The engine of the image test is C, built with cmake; its bindings are made with libclang.
+        let _ = ["cmake", "libclang-dev", "pkg-config"].map(install);
+    }
+}
+
+/// Whether what the engine of the image test is built with is there.
+pub fn emulator_builds() -> bool {
+    let libclang = || {
+        let folders = ["/usr/lib", "/usr/lib64", "/usr/local/lib"].map(std::path::PathBuf::from);
+        let llvm = std::fs::read_dir("/usr/lib").into_iter().flatten();
+        let llvm = llvm.filter_map(|entry| Some(entry.ok()?.path().join("lib")));
+        let gnu = std::path::PathBuf::from("/usr/lib/x86_64-linux-gnu");
+        folders.into_iter().chain([gnu]).chain(llvm).any(|folder| {
+            let files = std::fs::read_dir(folder).into_iter().flatten();
+            files.filter_map(Result::ok).any(|file| {
+                let name = file.file_name().to_string_lossy().into_owned();
+                name.starts_with("libclang.so") || name.starts_with("libclang-1")
+            })
+        })
+    };
+    there("cmake") && (std::env::var_os("LIBCLANG_PATH").is_some() || libclang())
 }
 
 /// Whether the target's core library is there.

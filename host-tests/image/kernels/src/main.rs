@@ -3,6 +3,10 @@
 #![no_std]
 #![no_main]
 
+// The firmware's own queue.
+#[path = "../../../../firmware/src/ring.rs"]
+mod ring;
+
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::experiment::Experiment;
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
@@ -19,6 +23,7 @@ use core::hint::black_box;
 use core::ptr::addr_of_mut;
 use fixed::types::I16F16;
 use panic_halt as _;
+use ring::{Putter, Ring, Taker};
 
 /// Length of a tick, s.
 const TICK_S: f32 = 1e-4;
@@ -40,10 +45,12 @@ struct Bench {
     fixed_state: elasto_plastic_fixed::State,
     time_free_fixed: TimeFreeFixed,
     time_free_fixed_state: time_free_fixed::State,
+    samples_in: Putter<Record, QUEUE>,
+    samples_out: Taker<Record, QUEUE>,
 }
 
 static mut BENCH_STATE: Option<Bench> = None;
-static mut SAMPLES: heapless::spsc::Queue<Record, QUEUE> = heapless::spsc::Queue::new();
+static SAMPLES: Ring<Record, QUEUE> = Ring::new();
 
 fn bench() -> &'static mut Bench {
     // SAFETY: one thread of execution, and no kernel calls another; `kernel_setup` has filled it.
@@ -79,7 +86,11 @@ fn build() -> Option<Bench> {
         top_speed_rad_s: 8.0 * f64::from(BENCH.stribeck_velocity_rad_s),
     };
     let fixed = ElastoPlasticFixed::new(&exact.ok()?, &scaling).ok()?;
+    // SAFETY: earlier ends are gone when this one is built.
+    let (samples_in, samples_out) = unsafe { SAMPLES.split() };
     Some(Bench {
+        samples_in,
+        samples_out,
         controller: Controller::new(&config, 0, false),
         friction,
         friction_state: Default::default(),
@@ -205,22 +216,18 @@ pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
 #[unsafe(no_mangle)]
 #[inline(never)]
 pub extern "C" fn kernel_push(tick: u32, _: u32) -> u32 {
-    // SAFETY: one thread of execution.
-    let queue = unsafe { &mut *addr_of_mut!(SAMPLES) };
     let record = Record {
         tick,
         ..Record::default()
     };
-    u32::from(queue.enqueue(record).is_ok())
+    u32::from(bench().samples_in.put(record))
 }
 
 /// Takes a sample out of the queue.
 #[unsafe(no_mangle)]
 #[inline(never)]
 pub extern "C" fn kernel_pop(_: u32, _: u32) -> u32 {
-    // SAFETY: one thread of execution.
-    let queue = unsafe { &mut *addr_of_mut!(SAMPLES) };
-    queue.dequeue().map_or(0, |record| record.tick)
+    bench().samples_out.take().map_or(0, |record| record.tick)
 }
 
 #[cortex_m_rt::entry]

@@ -15,7 +15,8 @@ where a count of instructions has grown by more than 3 % or a limit on cycles is
 
 Instruction counts are exact: the release code runs in an emulator, and the counts repeat. Cycles are **estimates** from
 them: each instruction costs what the Cortex-M4 manual says for its class without wait states, the upper end where it
-gives a range, and a taken branch two cycles for the refill. Nothing here was measured on silicon.
+gives a range, and a taken branch two cycles for the refill. Nothing here was measured on silicon. An instruction whose
+condition fails counts, as it takes its cycle.
 
 A piece runs as a function of its own, called with the inputs of a recorded run (the sine experiment of the thesis,
 0.035 N m, 1 s, on the virtual axis of the bench, two periods) and then with extreme ones; its call and return count.

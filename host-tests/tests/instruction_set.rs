@@ -1,0 +1,80 @@
+//! `core` on the microcontroller's instruction set: the same cases in an emulated Cortex-M4 and here give the same bits.
+
+#[path = "../qemu/src/cases.rs"]
+mod cases;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+fn skip(why: &str) {
+    let line = "=".repeat(80);
+    println!("{line}\nSKIPPED: core on the microcontroller's instruction set: {why}\n{line}");
+}
+
+fn answers(program: &str, argument: &str) -> bool {
+    Command::new(program)
+        .arg(argument)
+        .output()
+        .is_ok_and(|o| o.status.success())
+}
+
+/// What the emulated board prints; nothing where a tool is missing.
+fn on_the_target() -> Option<String> {
+    if !answers("qemu-system-arm", "--version") {
+        skip("qemu-system-arm is missing (Debian: qemu-system-arm)");
+        return None;
+    }
+    let library = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", "thumbv7em-none-eabihf"])
+        .output()
+        .ok()?;
+    let library = String::from_utf8_lossy(&library.stdout).trim().to_owned();
+    if !Path::new(&library).is_dir() {
+        skip("the target is missing (rustup target add thumbv7em-none-eabihf)");
+        return None;
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("qemu");
+    let mut cargo = Command::new("cargo");
+    cargo.args(["run", "--release", "--quiet"]);
+    let output = cargo.current_dir(folder).output().expect("cargo runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}\n{text}");
+    Some(text)
+}
+
+#[test]
+fn the_same_bits_as_on_the_host() {
+    let Some(target) = on_the_target() else {
+        return;
+    };
+    let mut sums = cases::Sums::default();
+    let mut host = Vec::new();
+    let mut results = BTreeMap::<&str, u32>::new();
+    cases::all(&mut |case, bits| {
+        *results.entry(case).or_default() += 1;
+        host.extend(sums.take(case, bits));
+    });
+    host.extend(sums.end());
+    let lines: Vec<&str> = target.lines().collect();
+    let (last, lines) = lines.split_last().expect("the board printed");
+    assert_eq!(*last, format!("end, {} results to a sum", cases::STRETCH));
+    let mut differing = BTreeMap::<&str, (u32, u32)>::new();
+    for ((case, stretch, sum), line) in host.iter().zip(lines) {
+        if format!("{case} {stretch} {sum:08x}") != *line {
+            differing.entry(case).or_insert((*stretch, 0)).1 += 1;
+        }
+    }
+    for (case, count) in &results {
+        match differing.get(case) {
+            None => println!("{case}: {count} results equal bit for bit"),
+            Some((first, many)) => println!(
+                "{case}: {many} stretches of {} results differ, the first is number {first}",
+                cases::STRETCH
+            ),
+        }
+    }
+    assert_eq!(host.len(), lines.len());
+    assert!(differing.is_empty(), "{differing:?}");
+}
