@@ -26,7 +26,12 @@ fn on_the_target() -> Option<String> {
         return None;
     }
     let library = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", "thumbv7em-none-eabihf"])
+        .args([
+            "--print",
+            "target-libdir",
+            "--target",
+            "thumbv7em-none-eabihf",
+        ])
         .output()
         .ok()?;
     let library = String::from_utf8_lossy(&library.stdout).trim().to_owned();

@@ -11,10 +11,13 @@ use bristle_core::trace::{self, Continuity, Record};
 use bristle_core::wire::{Decoder, Kind, MOST_PAYLOAD_BYTES, OVERHEAD_BYTES};
 use defmt_decoder::{DecodeError, Table};
 use std::cell::RefCell;
+use std::io::Write;
 use std::rc::Rc;
 
 /// Core cycles of a tick.
 pub const TICK_CYCLES: u64 = 17_000;
+/// Ticks of a second.
+pub const TICKS_PER_S: u64 = 10_000;
 /// Ticks between two polls of a probe: a millisecond.
 const POLL_TICKS: u64 = 10;
 /// Ticks between two keep-alives.
@@ -51,6 +54,8 @@ pub struct Session<'a> {
     pub deaf: bool,
     /// Keeps every sample, not the last only.
     pub keep: bool,
+    /// Takes the bytes of the binary stream as they come; `bristle capture` reads them.
+    pub raw: Option<Box<dyn Write>>,
     rtt: Rtt,
     log: Box<dyn defmt_decoder::StreamDecoder + Send + Sync + 'a>,
     frames: Box<Decoder<{ MOST_PAYLOAD_BYTES + OVERHEAD_BYTES }>>,
@@ -72,6 +77,7 @@ impl<'a> Session<'a> {
             stalled: false,
             deaf: false,
             keep: true,
+            raw: None,
             rtt: Rtt::find(image)?,
             log: table.new_stream_decoder(),
             frames: Box::default(),
@@ -148,6 +154,10 @@ impl<'a> Session<'a> {
             }
         }
         let bytes = self.rtt.up(1).take(&mut self.machine)?;
+        if let Some(raw) = &mut self.raw {
+            raw.write_all(&bytes)
+                .map_err(|e| format!("raw stream: {e}"))?;
+        }
         self.take_frames(&bytes);
         Ok(())
     }

@@ -71,7 +71,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let mut file = AtomicFile::create(&args.out)?;
     source::catch_interrupts();
     let (name, reader) = open(args)?;
-    let (end, summary) = record(args, reader, Capture::new(rate_hz), position, &mut file)?;
+    let capture = Capture::new(rate_hz).at_most(args.seconds.unwrap_or(f64::INFINITY));
+    let (end, summary) = record(reader, capture, position, &mut file)?;
     check(&name, &summary, &end)?;
     file.commit()?;
     if let End::Broken(why) = &end {
@@ -144,24 +145,15 @@ fn open_probe(_selector: &str, _chip: &str) -> Result<Box<dyn Read + Send>, Inpu
 
 /// Writes rows until the stream ends.
 fn record(
-    args: &Args,
     reader: Box<dyn Read + Send>,
     mut capture: Capture,
     position: Position,
     file: &mut AtomicFile,
 ) -> Result<(End, Summary), InputError> {
     let progress = Progress::counting("capture");
-    let seconds = args.seconds.unwrap_or(f64::INFINITY);
     let written = (|| -> io::Result<(End, Summary)> {
         header(file, position)?;
-        let mut first_s = None;
-        let mut row = |sample: &Sample| {
-            let first_s = *first_s.get_or_insert(sample.time_s);
-            if sample.time_s - first_s < seconds {
-                write_row(file, position, sample)?;
-            }
-            Ok::<(), io::Error>(())
-        };
+        let mut row = |sample: &Sample| write_row(file, position, sample);
         let end = source::pump(reader, |bytes| {
             capture.feed(bytes, &mut row)?;
             let (samples, lost) = capture.counts();
@@ -169,7 +161,7 @@ fn record(
                 "{samples} samples, {lost} lost, {:.1} s",
                 capture.span_s()
             ));
-            Ok::<bool, io::Error>(capture.span_s() < seconds && capture.foreign_version().is_none())
+            Ok::<bool, io::Error>(!capture.is_done())
         })?;
         let summary = match end {
             End::Enough => capture.summary(),

@@ -35,6 +35,9 @@ pub struct Capture {
     frames: Box<Decoder<MOST_FRAME_BYTES>>,
     order: Order,
     notes: Notes,
+    most_s: f64,
+    enough: bool,
+    finished: bool,
 }
 
 impl Capture {
@@ -44,7 +47,17 @@ impl Capture {
             frames: Box::default(),
             order: Order::new(rate_hz),
             notes: Notes::default(),
+            most_s: f64::INFINITY,
+            enough: false,
+            finished: false,
         }
+    }
+
+    /// Takes samples of so much time from the first one on, and leaves the rest.
+    #[must_use]
+    pub fn at_most(mut self, most_s: f64) -> Self {
+        self.most_s = most_s;
+        self
     }
 
     /// Takes bytes and gives the samples that they complete.
@@ -63,10 +76,18 @@ impl Capture {
             while let Some(frame) = self.frames.next_frame() {
                 self.notes.frame(&frame);
                 for record in trace::samples(&frame) {
-                    if self.notes.foreign_version.is_some() {
+                    if self.enough || self.notes.foreign_version.is_some() {
                         break;
                     }
-                    let sample = self.order.place(record);
+                    let mut order = self.order;
+                    let sample = order.place(record);
+                    // Half a tick, since the limit is where the next one would be.
+                    let left_s = self.most_s - self.notes.until_s(&sample) - 0.5 / order.rate_hz;
+                    if left_s < 0.0 {
+                        self.enough = true;
+                        break;
+                    }
+                    self.order = order;
                     if self.notes.sample(&sample) {
                         take(&sample)?;
                     }
@@ -85,6 +106,7 @@ impl Capture {
         let damaged = self.frames.damaged_frames;
         let done = self.feed(&[0; MOST_FRAME_BYTES], take);
         self.notes.bytes = before.0;
+        self.finished = true;
         if self.notes.frames == before.1 {
             // Nothing stood behind it: a frame that the end cut, not a damaged one.
             self.frames.damaged_frames = damaged;
@@ -94,7 +116,11 @@ impl Capture {
 
     /// What was seen so far.
     pub fn summary(&self) -> Summary {
-        let Notes { frame_bytes, .. } = self.notes;
+        let other_bytes = if self.finished {
+            self.notes.bytes.saturating_sub(self.notes.frame_bytes)
+        } else {
+            u64::from(self.frames.skipped_bytes)
+        };
         let limit = |(&number, &samples): (&u8, &u64)| LimitSeen {
             number,
             text: Limit::of(number).map_or("unknown limit", Limit::text),
@@ -112,7 +138,7 @@ impl Capture {
             last_s: self.notes.last_s,
             damaged_frames: self.frames.damaged_frames,
             odd_frames: self.notes.odd_frames,
-            other_bytes: self.notes.bytes.saturating_sub(frame_bytes),
+            other_bytes,
             faults: self.notes.faults.clone(),
             faults_in_all: self.notes.faults_in_all,
             limits: self.notes.limits.iter().map(limit).collect(),
@@ -132,9 +158,9 @@ impl Capture {
         self.notes.last_s - self.notes.first_s
     }
 
-    /// The version of a stream of another form, none of whose samples are believed.
-    pub fn foreign_version(&self) -> Option<u32> {
-        self.notes.foreign_version
+    /// Whether more bytes would change nothing: there is enough, or the stream has another form.
+    pub fn is_done(&self) -> bool {
+        self.enough || self.notes.foreign_version.is_some()
     }
 }
 
@@ -237,6 +263,14 @@ impl Notes {
                 }
             }
             Kind::Reply | Kind::Command => {}
+        }
+    }
+
+    /// Time from the first sample to this one, s.
+    fn until_s(&self, sample: &Sample) -> f64 {
+        match self.last {
+            Some(_) => sample.time_s - self.first_s,
+            None => 0.0,
         }
     }
 

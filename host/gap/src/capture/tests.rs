@@ -142,6 +142,22 @@ fn counter_and_number_wrap_and_restart() {
 }
 
 #[test]
+fn a_limit_in_time_ends_it_and_counts_what_was_taken() {
+    let mut capture = Capture::new(1e4).at_most(0.0025);
+    let mut samples = 0;
+    let bytes = [vec![1, 2, 3], frames(7..100).concat()].concat();
+    capture
+        .feed(&bytes, |_| {
+            samples += 1;
+            Ok::<(), Infallible>(())
+        })
+        .unwrap();
+    let summary = capture.summary();
+    assert!(capture.is_done());
+    assert_eq!((samples, summary.samples, summary.other_bytes), (25, 25, 3));
+}
+
+#[test]
 fn faults_and_limits_are_told_once() {
     let mut records: Vec<Record> = (0..6).map(record).collect();
     for (i, fault) in [
