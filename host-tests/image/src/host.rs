@@ -52,6 +52,8 @@ pub struct Session<'a> {
     pub stalled: bool,
     /// The host sends keep-alives but does not read.
     pub deaf: bool,
+    /// The host sends nothing by itself: somebody else does, through [`Session::give`].
+    pub quiet: bool,
     /// Keeps every sample, not the last only.
     pub keep: bool,
     /// Takes the bytes of the binary stream as they come; `bristle capture` reads them.
@@ -76,6 +78,7 @@ impl<'a> Session<'a> {
             heard: Heard::default(),
             stalled: false,
             deaf: false,
+            quiet: false,
             keep: true,
             raw: None,
             rtt: Rtt::find(image)?,
@@ -136,7 +139,7 @@ impl<'a> Session<'a> {
             self.read()?;
         }
         let ticks = self.ticks();
-        if ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
+        if !self.quiet && ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
             self.kept_alive = ticks;
             self.send(&Command::KeepAlive)?;
         }
@@ -196,11 +199,21 @@ impl<'a> Session<'a> {
         let bytes = command
             .write(self.next_number, &mut buffer)
             .ok_or("command too long")?;
-        let down = self.rtt.down(&self.machine, 0)?;
-        if !down.give(&mut self.machine, bytes)? {
-            return Err("the link is full".to_owned());
-        }
+        self.give(bytes)?;
         Ok(self.next_number)
+    }
+
+    /// Gives bytes to the image's command channel.
+    ///
+    /// # Errors
+    /// A link that does not take them.
+    pub fn give(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let down = self.rtt.down(&self.machine, 0)?;
+        if down.give(&mut self.machine, bytes)? {
+            Ok(())
+        } else {
+            Err("the link is full".to_owned())
+        }
     }
 
     /// Sends a command and waits for its answer, at most 200 ms.

@@ -4,6 +4,7 @@ mod bench;
 mod capture;
 mod check;
 mod compare;
+mod link;
 mod observe;
 mod output;
 #[cfg(feature = "probe")]
@@ -11,6 +12,7 @@ mod probe;
 mod setup;
 mod simulate;
 mod source;
+mod target;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -35,6 +37,7 @@ enum Command {
     Check(check::Args),
     Compare(compare::Args),
     Capture(Box<capture::Args>),
+    Target(target::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -70,6 +73,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Capture(args) => capture::run(args),
+        Command::Target(args) => target::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

@@ -38,16 +38,25 @@ pub enum Source {
     Jlink(String),
 }
 
+/// Parses the address of a server.
+fn server(address: &str) -> Result<String, String> {
+    match address.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+            Ok(address.to_owned())
+        }
+        _ => Err("give a server as HOST:PORT, such as localhost:9090".to_owned()),
+    }
+}
+
+/// Parses tcp:HOST:PORT.
+pub fn tcp(text: &str) -> Result<String, String> {
+    server(text.strip_prefix("tcp:").ok_or("give tcp:HOST:PORT")?)
+}
+
 impl FromStr for Source {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let server = |address: &str| match address.rsplit_once(':') {
-            Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
-                Ok(address.to_owned())
-            }
-            _ => Err("give a server as HOST:PORT, such as localhost:9090".to_owned()),
-        };
         if text == "-" {
             Ok(Self::Stdin)
         } else if let Some(address) = text.strip_prefix("tcp:") {
@@ -106,7 +115,8 @@ impl Source {
     }
 }
 
-fn connect(address: &str, hello: &[u8]) -> io::Result<TcpStream> {
+/// Connects to a server and says hello.
+pub fn connect(address: &str, hello: &[u8]) -> io::Result<TcpStream> {
     let mut last = io::Error::new(io::ErrorKind::NotFound, "no such host");
     for place in address.to_socket_addrs()? {
         match TcpStream::connect_timeout(&place, CONNECT) {
@@ -121,7 +131,7 @@ fn connect(address: &str, hello: &[u8]) -> io::Result<TcpStream> {
 }
 
 /// An error without the system's number.
-fn plain(error: &io::Error) -> String {
+pub fn plain(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or(&text).to_owned()
 }
