@@ -18,6 +18,10 @@ pub fn run() {
     if !there("qemu-system-arm") && !install("qemu-system-arm") {
         eprintln!("MISSING: qemu-system-arm for core on the microcontroller's instruction set");
     }
+    if !there("arm-none-eabi-gcc") {
+        // The observer in C that the one in Rust is compared with.
+        let _ = ["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"].map(install);
+    }
     if !emulator_builds() {
         // The engine of the image test is C, built with cmake; its bindings are made with libclang.
         let _ = ["cmake", "libclang-dev", "pkg-config"].map(install);

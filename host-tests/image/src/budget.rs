@@ -12,6 +12,11 @@ use bristle_plant::Rig;
 /// Growth of an instruction count that the gate lets pass.
 pub const GATE: f64 = 1.03;
 
+/// Cycles of the time-free observer that are allowed for one of the same in C.
+pub const MOST_TO_C: f64 = 1.1;
+const IN_RUST: &str = "time-free observer";
+const IN_C: &str = "time-free observer in C, gcc -O3";
+
 /// Ticks of the recorded run: two periods of the sine.
 const RUN: usize = 20_000;
 
@@ -128,7 +133,7 @@ pub fn pieces(image: &Image) -> Result<Vec<Row>, String> {
             limit,
         ),
         (
-            "time-free observer",
+            IN_RUST,
             "kernel_time_free",
             recorded(&|t| [t.step as u32, bits(t.velocity_rad_s)]),
             beyond(&|s, v| [s as u32, bits(v)]),
@@ -162,6 +167,13 @@ pub fn pieces(image: &Image) -> Result<Vec<Row>, String> {
         });
     }
     rows.push(push(&mut machine, image)?);
+    if image.address("kernel_time_free_c").is_some() {
+        let mut calls = recorded(&|t| [t.step as u32, bits(t.velocity_rad_s)]);
+        calls.extend(beyond(&|s, v| [s as u32, bits(v)]));
+        rows.push(in_c(&mut machine, image, &calls)?);
+    } else {
+        eprintln!("SKIPPED: comparison with C: arm-none-eabi-gcc is missing");
+    }
     Ok(rows)
 }
 
@@ -206,6 +218,40 @@ fn count(
     Ok(total)
 }
 
+/// The observer in C, which must do the same as the one in Rust.
+fn in_c(machine: &mut Machine, image: &Image, calls: &[[u32; 2]]) -> Result<Row, String> {
+    setup(machine, image)?;
+    let rust = function(image, "kernel_time_free")?;
+    let c = function(image, "kernel_time_free_c")?;
+    let mut cost = Cost::default();
+    for call in calls {
+        let (one, _) = machine.call(rust, *call)?;
+        let (other, of_c) = machine.call(c, *call)?;
+        let [one, other] = [one, other].map(f32::from_bits);
+        // The compiler of C fuses products and sums; z_max is 2.5e-3 rad, and the law forgets.
+        if (one - other).abs() > 1e-7 {
+            return Err(format!("{call:?}: {one} in Rust, {other} in C"));
+        }
+        cost.add(of_c);
+    }
+    Ok(Row {
+        name: IN_C.to_owned(),
+        cost,
+        limit: None,
+    })
+}
+
+/// Estimated cycles of the time-free observer over those of the same in C: mean and longest run.
+pub fn ratio_to_c(rows: &[Row]) -> Option<[f64; 2]> {
+    let of = |name: &str| Some(rows.iter().find(|r| r.name == name)?.cost);
+    let (rust, c) = (of(IN_RUST)?, of(IN_C)?);
+    let mean = |cost: Cost| cost.cycles as f64 / cost.runs as f64;
+    Some([
+        mean(rust) / mean(c),
+        rust.most_cycles as f64 / c.most_cycles as f64,
+    ])
+}
+
 /// Pushes of a sample: through the queue's end several times, and into a full queue.
 fn push(machine: &mut Machine, image: &Image) -> Result<Row, String> {
     let (push, pop) = (
@@ -247,12 +293,24 @@ pub fn table(rows: &[Row]) -> String {
             c.most_cycles
         );
     }
+    if let Some([mean, most]) = ratio_to_c(rows) {
+        text += &format!(
+            "\nTime-free observer, Rust to C, cycles: mean {mean:.2}, most {most:.2}; limit {MOST_TO_C}.\n"
+        );
+    }
     text
 }
 
 /// What is wrong with the counts: over their limits, or above those of the document by more than the gate lets pass.
 pub fn complaints(rows: &[Row], document: &str) -> Vec<String> {
     let mut all = Vec::new();
+    if let Some([mean, most]) = ratio_to_c(rows)
+        && mean.max(most) > MOST_TO_C
+    {
+        all.push(format!(
+            "time-free observer to C: mean {mean:.2}, most {most:.2}, limit {MOST_TO_C}"
+        ));
+    }
     for row in rows {
         let most = row.cost.most_cycles;
         if let Some(limit) = row.limit.filter(|&limit| most > limit) {

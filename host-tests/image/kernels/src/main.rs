@@ -29,6 +29,11 @@ use ring::{Putter, Ring, Taker};
 const TICK_S: f32 = 1e-4;
 /// Samples that the queue of the firmware holds.
 const QUEUE: usize = 512;
+/// Top of the Stribeck table as a multiple of the Stribeck velocity, as in the parameters.
+const TABLE_SPAN: f32 = 8.0;
+/// Speed that the observers believe as a multiple of the largest one, as in the parameters.
+#[cfg(c_comparison)]
+const BELIEVED_SPEED: f32 = 1.5;
 
 struct Bench {
     config: Config,
@@ -38,6 +43,10 @@ struct Bench {
     luenberger: Luenberger<f32, Table<f32>>,
     luenberger_state: luenberger::State<f32>,
     time_free: TimeFree<f32, Table<f32>>,
+    #[cfg(c_comparison)]
+    curve: Table<f32>,
+    #[cfg(c_comparison)]
+    largest_step_rad: f32,
     time_free_state: time_free::State<f32>,
     reduced: ReducedOrder<f32, 1>,
     reduced_state: reduced_order::State<f32, 1>,
@@ -83,12 +92,24 @@ fn build() -> Option<Bench> {
         sample_time_s: f64::from(TICK_S),
         full_scale_nm: f64::from(BENCH.full_scale_nm),
         // As far as the table of the float model reaches.
-        top_speed_rad_s: 8.0 * f64::from(BENCH.stribeck_velocity_rad_s),
+        top_speed_rad_s: f64::from(TABLE_SPAN * BENCH.stribeck_velocity_rad_s),
     };
     let fixed = ElastoPlasticFixed::new(&exact.ok()?, &scaling).ok()?;
     // SAFETY: earlier ends are gone when this one is built.
     let (samples_in, samples_out) = unsafe { SAMPLES.split() };
+    #[cfg(c_comparison)]
+    let curve = {
+        let shape = Shape::Gaussian {
+            velocity_rad_s: BENCH.stribeck_velocity_rad_s,
+        };
+        let exact = Stribeck::new(BENCH.coulomb_nm, BENCH.stiction_nm, shape).ok()?;
+        Table::new(&exact, TABLE_SPAN * BENCH.stribeck_velocity_rad_s).ok()?
+    };
     Some(Bench {
+        #[cfg(c_comparison)]
+        curve,
+        #[cfg(c_comparison)]
+        largest_step_rad: BELIEVED_SPEED * BENCH.max_speed_rad_s * TICK_S,
         samples_in,
         samples_out,
         controller: Controller::new(&config, 0, false),
@@ -114,6 +135,10 @@ fn build() -> Option<Bench> {
 pub extern "C" fn kernel_setup() -> u32 {
     let built = build();
     let well = built.is_some();
+    #[cfg(c_comparison)]
+    if let Some(built) = &built {
+        in_c::fill(built);
+    }
     // SAFETY: one thread of execution.
     unsafe { *addr_of_mut!(BENCH_STATE) = built };
     u32::from(well)
@@ -230,6 +255,58 @@ pub extern "C" fn kernel_pop(_: u32, _: u32) -> u32 {
     bench().samples_out.take().map_or(0, |record| record.tick)
 }
 
+#[cfg(c_comparison)]
+mod in_c {
+    use super::{BENCH, Bench};
+    use bristle_core::stribeck::{Curve, SEGMENTS};
+    use core::ptr::addr_of_mut;
+
+    /// As in time_free.c.
+    #[repr(C)]
+    struct InC {
+        level_nm: [f32; SEGMENTS + 1],
+        segments_per_rad_s: f32,
+        compliance_rad_nm: f32,
+        breakaway_ratio: f32,
+        per_mixed_range: f32,
+        z_max_rad: f32,
+        rad_per_count: f32,
+        largest_step_rad: f32,
+        z_rad: f32,
+        rejected: u32,
+    }
+
+    unsafe extern "C" {
+        static mut time_free_in_c: InC;
+        pub fn kernel_time_free_c(counts: u32, velocity: u32) -> u32;
+    }
+
+    /// The same parameters as the observer in Rust.
+    pub fn fill(bench: &Bench) {
+        let rad_per_count = core::f32::consts::TAU / BENCH.counts_per_rev;
+        let top_rad_s = super::TABLE_SPAN * BENCH.stribeck_velocity_rad_s;
+        let friction = bench.time_free.friction();
+        let mut level_nm = [0.0; SEGMENTS + 1];
+        for (i, level) in level_nm.iter_mut().enumerate() {
+            *level = bench.curve.level_nm(top_rad_s * i as f32 / SEGMENTS as f32);
+        }
+        let filled = InC {
+            level_nm,
+            segments_per_rad_s: SEGMENTS as f32 / top_rad_s,
+            compliance_rad_nm: 1.0 / BENCH.stiffness_nm_rad,
+            breakaway_ratio: BENCH.breakaway_ratio,
+            per_mixed_range: 1.0 / (1.0 - BENCH.breakaway_ratio),
+            z_max_rad: friction.z_max_rad(),
+            rad_per_count,
+            largest_step_rad: bench.largest_step_rad,
+            z_rad: 0.0,
+            rejected: 0,
+        };
+        // SAFETY: one thread of execution.
+        unsafe { addr_of_mut!(time_free_in_c).write(filled) };
+    }
+}
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // Keeps the linker from dropping what nobody calls.
@@ -248,6 +325,9 @@ fn main() -> ! {
     for kernel in black_box(kernels) {
         black_box(kernel(0, 0));
     }
+    #[cfg(c_comparison)]
+    // SAFETY: filled by `kernel_setup`; one thread of execution.
+    black_box(unsafe { in_c::kernel_time_free_c(0, 0) });
     loop {
         core::hint::spin_loop();
     }

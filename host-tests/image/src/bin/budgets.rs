@@ -21,7 +21,9 @@ condition fails counts, as it takes its cycle.
 A piece runs as a function of its own, called with the inputs of a recorded run (the sine experiment of the thesis,
 0.035 N m, 1 s, on the virtual axis of the bench, two periods) and then with extreme ones; its call and return count.
 The handler is the interrupt of the firmware's image, from its first to its last instruction, in the same experiment,
-arming and start included; the core's entry and exit come on top, about 22 cycles.
+arming and start included; the core's entry and exit come on top, about 22 cycles. The observer in C and the one in Rust
+are both functions called through such a piece, and give the same deflections to 1e-7 rad (one compiler fuses products
+and sums).
 
 ";
 
