@@ -11,10 +11,13 @@ use bristle_core::trace::{self, Continuity, Record};
 use bristle_core::wire::{Decoder, Kind, MOST_PAYLOAD_BYTES, OVERHEAD_BYTES};
 use defmt_decoder::{DecodeError, Table};
 use std::cell::RefCell;
+use std::io::Write;
 use std::rc::Rc;
 
 /// Core cycles of a tick.
 pub const TICK_CYCLES: u64 = 17_000;
+/// Ticks of a second.
+pub const TICKS_PER_S: u64 = 10_000;
 /// Ticks between two polls of a probe: a millisecond.
 const POLL_TICKS: u64 = 10;
 /// Ticks between two keep-alives.
@@ -49,8 +52,12 @@ pub struct Session<'a> {
     pub stalled: bool,
     /// The host sends keep-alives but does not read.
     pub deaf: bool,
+    /// The host sends nothing by itself: somebody else does, through [`Session::give`].
+    pub quiet: bool,
     /// Keeps every sample, not the last only.
     pub keep: bool,
+    /// Takes the bytes of the binary stream as they come; `bristle capture` reads them.
+    pub raw: Option<Box<dyn Write>>,
     rtt: Rtt,
     log: Box<dyn defmt_decoder::StreamDecoder + Send + Sync + 'a>,
     frames: Box<Decoder<{ MOST_PAYLOAD_BYTES + OVERHEAD_BYTES }>>,
@@ -71,7 +78,9 @@ impl<'a> Session<'a> {
             heard: Heard::default(),
             stalled: false,
             deaf: false,
+            quiet: false,
             keep: true,
+            raw: None,
             rtt: Rtt::find(image)?,
             log: table.new_stream_decoder(),
             frames: Box::default(),
@@ -130,7 +139,7 @@ impl<'a> Session<'a> {
             self.read()?;
         }
         let ticks = self.ticks();
-        if ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
+        if !self.quiet && ticks >= self.kept_alive + KEEP_ALIVE_TICKS {
             self.kept_alive = ticks;
             self.send(&Command::KeepAlive)?;
         }
@@ -148,6 +157,10 @@ impl<'a> Session<'a> {
             }
         }
         let bytes = self.rtt.up(1).take(&mut self.machine)?;
+        if let Some(raw) = &mut self.raw {
+            raw.write_all(&bytes)
+                .map_err(|e| format!("raw stream: {e}"))?;
+        }
         self.take_frames(&bytes);
         Ok(())
     }
@@ -186,11 +199,21 @@ impl<'a> Session<'a> {
         let bytes = command
             .write(self.next_number, &mut buffer)
             .ok_or("command too long")?;
-        let down = self.rtt.down(&self.machine, 0)?;
-        if !down.give(&mut self.machine, bytes)? {
-            return Err("the link is full".to_owned());
-        }
+        self.give(bytes)?;
         Ok(self.next_number)
+    }
+
+    /// Gives bytes to the image's command channel.
+    ///
+    /// # Errors
+    /// A link that does not take them.
+    pub fn give(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let down = self.rtt.down(&self.machine, 0)?;
+        if down.give(&mut self.machine, bytes)? {
+            Ok(())
+        } else {
+            Err("the link is full".to_owned())
+        }
     }
 
     /// Sends a command and waits for its answer, at most 200 ms.

@@ -1,50 +1,15 @@
 //! The sine experiment of the thesis on the image, from reset to log.
 
 mod common;
+#[path = "common/reference.rs"]
+mod reference;
 
 use bristle_core::command::{Command, Reply};
-use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::Experiment;
-use bristle_core::parameters::BENCH;
-use bristle_core::supervisor::{Request, State};
-use bristle_core::trace::{FLAG_EXPERIMENT, Record};
+use bristle_core::trace::Record;
 use bristle_image::host::Session;
+use reference::{SINE, on_the_host};
 use std::fmt::Write;
 use std::time::Instant;
-
-/// The experiment: 0.035 N m, 1 s.
-const SINE: Experiment<f32> = Experiment::Sine {
-    amplitude_nm: 0.035,
-    period_ticks: 10_000,
-};
-
-/// The host's run of `core` on the counts that the image saw, with the orders at the ticks at which they show.
-fn on_the_host(records: &[Record], counts: &[u32]) -> Vec<Record> {
-    let config = BENCH.build(1e-4, 1).unwrap();
-    let mut controller = Controller::new(&config, 0, false);
-    let armed = |r: &Record| r.status.state() == Some(State::Armed);
-    let plays = |r: &Record| r.status.flags() & FLAG_EXPERIMENT != 0;
-    let arm = records.iter().position(armed);
-    let play = records.iter().position(plays);
-    let step = |(i, &raw): (usize, &u32)| {
-        let order = if Some(i) == arm {
-            Some(Order::Request(Request::Arm))
-        } else if Some(i) == play {
-            Some(Order::Play(SINE))
-        } else {
-            // Only so that it does not time out; when they come makes no difference.
-            (i % 500 == 0).then_some(Order::Request(Request::KeepAlive))
-        };
-        let input = Input {
-            raw,
-            drive_healthy: true,
-            order,
-            ..Input::default()
-        };
-        controller.step(&config, &input).record
-    };
-    counts.iter().enumerate().map(step).collect()
-}
 
 fn csv(records: &[Record]) -> String {
     let mut text = "time_s,torque_ref_nm,position_counts,z_rad,velocity_rad_s\n".to_owned();

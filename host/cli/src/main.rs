@@ -1,12 +1,18 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
 mod bench;
+mod capture;
 mod check;
 mod compare;
+mod link;
 mod observe;
 mod output;
+#[cfg(feature = "probe")]
+mod probe;
 mod setup;
 mod simulate;
+mod source;
+mod target;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -30,6 +36,8 @@ enum Command {
     Simulate(simulate::Args),
     Check(check::Args),
     Compare(compare::Args),
+    Capture(Box<capture::Args>),
+    Target(target::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -64,6 +72,8 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Capture(args) => capture::run(args),
+        Command::Target(args) => target::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

@@ -53,6 +53,22 @@ impl Progress {
         Self(bar)
     }
 
+    /// Starts a line for what has no known end.
+    pub fn counting(what: &'static str) -> Self {
+        let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {spinner} {msg} {elapsed}") {
+            line.set_style(style);
+        }
+        line.set_prefix(what);
+        Self(line)
+    }
+
+    /// Says how far it has come.
+    pub fn say(&self, text: &str) {
+        self.0.set_message(text.to_owned());
+        self.0.tick();
+    }
+
     /// Moves it to a share.
     pub fn set(&self, share: f64) {
         self.0.set_position((share * 1000.0) as u64);

@@ -5,6 +5,7 @@
 
 pub mod axis_file;
 pub mod believed;
+pub mod capture;
 pub mod error;
 pub mod experiments;
 mod input;

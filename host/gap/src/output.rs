@@ -2,17 +2,15 @@
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use tempfile::NamedTempFile;
 
 use crate::error::InputError;
 
-/// Writes a file through a temporary one beside it, which takes its name only once it is complete.
-///
-/// If `write` fails, what stood at `path` before stands there still. A name that ends in `.gz` is packed. What is no
-/// regular file (a pipe, `/dev/stdout`) is written to once everything is ready.
+/// Writes a file through an [`AtomicFile`].
 ///
 /// # Errors
 /// The path cannot be written, or `write` failed.
@@ -20,34 +18,116 @@ pub fn write_atomically<T>(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
 ) -> Result<T, InputError> {
-    let path = path.as_ref();
-    let fail = |error: io::Error| {
-        InputError::new(
-            path,
-            format!("cannot be written: {error}"),
-            "name a file in a folder that exists and may be written to",
-        )
-    };
-    let about = fs::metadata(path);
-    if about.as_ref().is_ok_and(fs::Metadata::is_dir) {
-        return Err(InputError::new(
-            path,
-            "cannot be written: is a directory",
-            "name a file in it",
-        ));
+    let mut file = AtomicFile::create(path)?;
+    let value = write(&mut file).map_err(|error| file.fail(&error))?;
+    file.commit()?;
+    Ok(value)
+}
+
+/// A file that takes its name only once it is complete: until [`AtomicFile::commit`] it is a temporary one beside it.
+///
+/// Dropped before that, what stood at the path stands there still. A name that ends in `.gz` is packed. What is no
+/// regular file (a pipe, `/dev/stdout`) is written to once everything is ready.
+pub struct AtomicFile {
+    path: PathBuf,
+    sink: Sink,
+}
+
+enum Sink {
+    Plain(Place),
+    Packed(GzEncoder<Place>),
+}
+
+/// Where the bytes wait.
+enum Place {
+    /// Beside the target, which is the second.
+    Beside(BufWriter<NamedTempFile>, PathBuf),
+    /// What is no regular file.
+    Device(Vec<u8>),
+}
+
+impl Write for Place {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Beside(file, _) => file.write(bytes),
+            Self::Device(waiting) => waiting.write(bytes),
+        }
     }
-    if about.is_ok_and(|about| !about.is_file()) {
-        let mut bytes = Vec::new();
-        let value = pack_by_name(path, &mut bytes, write).map_err(fail)?;
-        let mut file = fs::OpenOptions::new()
-            .write(true)
-            .open(path)
-            .map_err(fail)?;
-        file.write_all(&bytes).map_err(fail)?;
-        return Ok(value);
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Beside(file, _) => file.flush(),
+            Self::Device(_) => Ok(()),
+        }
     }
-    // A link stays a link: the file it leads to is replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+}
+
+impl AtomicFile {
+    /// Opens the temporary file.
+    ///
+    /// # Errors
+    /// The path cannot be written.
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        let path = path.as_ref();
+        let about = fs::metadata(path);
+        if about.as_ref().is_ok_and(fs::Metadata::is_dir) {
+            return Err(InputError::new(
+                path,
+                "cannot be written: is a directory",
+                "name a file in it",
+            ));
+        }
+        let place = if about.is_ok_and(|about| !about.is_file()) {
+            Place::Device(Vec::new())
+        } else {
+            // A link stays a link: the file it leads to is replaced.
+            let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+            let temporary = temporary_beside(&target).map_err(|error| failed(path, &error))?;
+            Place::Beside(BufWriter::with_capacity(1 << 16, temporary), target)
+        };
+        let sink = if path.extension().is_some_and(|name| name == "gz") {
+            Sink::Packed(GzEncoder::new(place, Compression::default()))
+        } else {
+            Sink::Plain(place)
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            sink,
+        })
+    }
+
+    /// Ends the file and gives it its name.
+    ///
+    /// # Errors
+    /// The path cannot be written.
+    pub fn commit(self) -> Result<(), InputError> {
+        let Self { path, sink } = self;
+        finish(&path, sink).map_err(|error| failed(&path, &error))
+    }
+
+    /// What went wrong in writing to it, as the error that names it.
+    pub fn fail(&self, error: &io::Error) -> InputError {
+        failed(&self.path, error)
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.sink {
+            Sink::Plain(place) => place.write(bytes),
+            Sink::Packed(packed) => packed.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Plain(place) => place.flush(),
+            Sink::Packed(packed) => packed.flush(),
+        }
+    }
+}
+
+fn temporary_beside(target: &Path) -> io::Result<NamedTempFile> {
     let folder = match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -57,31 +137,33 @@ pub fn write_atomically<T>(
     // Temporary files are private by default, results are not: the user's umask decides.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let temporary = builder.tempfile_in(folder).map_err(fail)?;
-    let mut buffered = BufWriter::with_capacity(1 << 16, temporary);
-    let value = pack_by_name(path, &mut buffered, write).map_err(fail)?;
-    let temporary = buffered
-        .into_inner()
-        .map_err(|error| fail(error.into_error()))?;
-    temporary
-        .persist(&target)
-        .map_err(|error| fail(error.error))?;
-    Ok(value)
+    builder.tempfile_in(folder)
 }
 
-fn pack_by_name<T>(
-    path: &Path,
-    sink: &mut dyn Write,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
-) -> io::Result<T> {
-    if path.extension().is_some_and(|name| name == "gz") {
-        let mut packed = GzEncoder::new(sink, Compression::default());
-        let value = write(&mut packed)?;
-        packed.finish()?;
-        Ok(value)
-    } else {
-        write(sink)
+fn finish(path: &Path, sink: Sink) -> io::Result<()> {
+    let place = match sink {
+        Sink::Plain(place) => place,
+        Sink::Packed(packed) => packed.finish()?,
+    };
+    match place {
+        Place::Beside(file, target) => {
+            let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.persist(target).map_err(|error| error.error)?;
+            Ok(())
+        }
+        Place::Device(bytes) => {
+            let mut device = fs::OpenOptions::new().write(true).open(path)?;
+            device.write_all(&bytes)
+        }
     }
+}
+
+fn failed(path: &Path, error: &io::Error) -> InputError {
+    InputError::new(
+        path,
+        format!("cannot be written: {error}"),
+        "name a file in a folder that exists and may be written to",
+    )
 }
 
 /// Values of one CSV column.
