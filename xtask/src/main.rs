@@ -4,6 +4,7 @@
 mod check_elf;
 mod elf;
 mod firmware;
+mod lint;
 mod setup;
 mod test;
 
@@ -12,6 +13,7 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "usage: cargo xtask <chore>
 
   setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser, emulators
+  lint    set up, then check format and lint of every package
   test    set up, then run every test
   build-firmware [--pwm] [--distribution]
           build the microcontroller's image and say how large it is
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
             setup::run();
             true
         }
+        Some("lint") => lint::run(),
         Some("test") => test::run(),
         Some("build-firmware") => firmware::build(&options),
         Some("check-elf") => firmware::check(&options),

@@ -39,7 +39,7 @@ fn image() -> bool {
         return true;
     }
     // One after the other and all of them, so that one failure does not hide the others.
-    let built = firmware::build(&[]);
+    let built = firmware::check(&[]);
     let tests = in_image(&["test", "--", "--nocapture"]);
     let counts = in_image(&["run", "--bin", "budgets", "--", "--check"]);
     built && tests && counts

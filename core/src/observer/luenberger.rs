@@ -12,7 +12,9 @@
 //! sample.
 
 use super::Estimate;
-use super::stability::{GainError, LARGEST_GROWTH, Regime, nearest_passing, spectral_radius};
+use super::stability::{
+    GainError, LARGEST_GROWTH, Regime, nearest_passing, spectral_radius_of_two,
+};
 use crate::error::{ParameterError, positive, require};
 use crate::friction::ElastoPlastic;
 use crate::real::Real;
@@ -216,7 +218,7 @@ fn largest_growth<T: Real, C: Curve<T>>(
     let sigma1 = friction.damping_nm_s_rad().to_f64();
     let sigma2 = friction.viscous_nm_s_rad().to_f64();
     let growth = |z_by_v: f64, z_by_z: f64| {
-        spectral_radius([
+        spectral_radius_of_two([
             [
                 1.0 - per_inertia * ((sigma0 + sigma1 / t) * z_by_v + sigma2) - l1 * t,
                 -per_inertia * (sigma0 * z_by_z + sigma1 / t * (z_by_z - 1.0)),

@@ -237,7 +237,10 @@ pub fn table(rows: &[Row]) -> String {
     for row in rows {
         let c = row.cost;
         let mean = |sum: u64| sum as f64 / c.runs.max(1) as f64;
-        let limit = row.limit.map_or(String::new(), |l| l.to_string());
+        let limit = row.limit.map_or(String::new(), |limit| {
+            let over = if c.most_cycles > limit { OVER } else { "" };
+            format!("{limit}{over}")
+        });
         text += &format!(
             "| {} | {:.1} | {} | {:.1} | {} | {limit} |\n",
             row.name,
@@ -250,12 +253,18 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
+/// Marks a limit that is exceeded. The document says so, and the check fails only where it is new.
+const OVER: &str = ", exceeded";
+
 /// What is wrong with the counts: over their limits, or above those of the document by more than the gate lets pass.
 pub fn complaints(rows: &[Row], document: &str) -> Vec<String> {
     let mut all = Vec::new();
     for row in rows {
+        let known_miss = document
+            .lines()
+            .any(|line| line.starts_with(&format!("| {} |", row.name)) && line.contains(OVER));
         let most = row.cost.most_cycles;
-        if let Some(limit) = row.limit.filter(|&limit| most > limit) {
+        if let Some(limit) = row.limit.filter(|&limit| most > limit && !known_miss) {
             all.push(format!(
                 "{}: {most} estimated cycles, limit {limit}",
                 row.name

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 const HEAD: &str = "# Budgets
 
 Written by the program `budgets` of `host-tests/image`; do not edit. With `--check` the same program compares, and fails
-where a count of instructions has grown by more than 3 % or a limit on cycles is exceeded.
+where a count of instructions has grown by more than 3 %, or a limit on cycles is exceeded that is not marked so here.
 
 Instruction counts are exact: the release code runs in an emulator, and the counts repeat. Cycles are **estimates** from
 them: each instruction costs what the Cortex-M4 manual says for its class without wait states, the upper end where it
