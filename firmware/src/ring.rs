@@ -4,16 +4,20 @@
 //! On one core the compiler's order of stores is the only thing to hold; the hardware's own barrier is not needed.
 
 use core::cell::UnsafeCell;
+use core::hint::cold_path;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
 /// Room for `N` items; `N` is a power of two.
+///
+/// The counts lie before the items, in reach of an instruction's own offset.
+#[repr(C)]
 pub struct Ring<T, const N: usize> {
-    items: UnsafeCell<[MaybeUninit<T>; N]>,
     /// Items put since boot; wraps.
     put: AtomicU32,
     /// Items taken since boot; wraps.
     taken: AtomicU32,
+    items: UnsafeCell<[MaybeUninit<T>; N]>,
 }
 
 // SAFETY: `put` and `taken` keep the two sides on different items; there is one of each, see `split`.
@@ -28,9 +32,9 @@ impl<T: Copy, const N: usize> Ring<T, N> {
     /// Empty.
     pub const fn new() -> Self {
         Self {
-            items: UnsafeCell::new([MaybeUninit::uninit(); N]),
             put: AtomicU32::new(0),
             taken: AtomicU32::new(0),
+            items: UnsafeCell::new([MaybeUninit::uninit(); N]),
         }
     }
 
@@ -57,15 +61,18 @@ impl<T: Copy, const N: usize> Putter<T, N> {
     /// Puts an item; false if there is no room.
     #[inline(always)]
     pub fn put(&mut self, item: T) -> bool {
-        let put = self.0.put.load(Ordering::Relaxed);
-        if put.wrapping_sub(self.0.taken.load(Ordering::Relaxed)) > Ring::<T, N>::MASK {
+        // Its own copy of the reference: a fence makes the compiler load `self.0` again.
+        let ring = self.0;
+        let put = ring.put.load(Ordering::Relaxed);
+        if put.wrapping_sub(ring.taken.load(Ordering::Relaxed)) > Ring::<T, N>::MASK {
+            cold_path();
             return false;
         }
         compiler_fence(Ordering::Acquire);
         // SAFETY: the taker does not look here before `put` says so.
-        unsafe { self.0.place(put).write(item) };
+        unsafe { ring.place(put).write(item) };
         compiler_fence(Ordering::Release);
-        self.0.put.store(put.wrapping_add(1), Ordering::Relaxed);
+        ring.put.store(put.wrapping_add(1), Ordering::Relaxed);
         true
     }
 }
@@ -77,15 +84,16 @@ impl<T: Copy, const N: usize> Taker<T, N> {
     /// The oldest item.
     #[inline(always)]
     pub fn take(&mut self) -> Option<T> {
-        let taken = self.0.taken.load(Ordering::Relaxed);
-        if taken == self.0.put.load(Ordering::Relaxed) {
+        let ring = self.0;
+        let taken = ring.taken.load(Ordering::Relaxed);
+        if taken == ring.put.load(Ordering::Relaxed) {
             return None;
         }
         compiler_fence(Ordering::Acquire);
         // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so.
-        let item = unsafe { self.0.place(taken).read() };
+        let item = unsafe { ring.place(taken).read() };
         compiler_fence(Ordering::Release);
-        self.0.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
+        ring.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
         Some(item)
     }
 }
