@@ -22,10 +22,15 @@ pub struct TorquePath<T> {
     mean_of_lag: T,
 }
 
+/// Places for references under way: the newest one and [`MOST_DELAY`] older ones, up to a power of two, so that a mask
+/// keeps an index inside.
+const PLACES: usize = (MOST_DELAY + 1).next_power_of_two();
+
 /// References under way, and the torque on the rotor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TorquePathState<T> {
-    under_way_nm: [T; MOST_DELAY],
+    under_way_nm: [T; PLACES],
+    newest: usize,
     torque_nm: T,
 }
 
@@ -61,13 +66,11 @@ impl<T: Real> TorquePath<T> {
     /// Takes the reference computed at the last tick and gives the mean torque on the rotor since then, N m.
     #[inline]
     pub fn step(&self, state: &mut TorquePathState<T>, reference_nm: T) -> T {
-        // under_way_nm[0] is the newest; the one that the rotor feels now is delay_samples older.
-        let felt = match self.delay_samples.checked_sub(1) {
-            None => reference_nm,
-            Some(i) => state.under_way_nm.get(i).copied().unwrap_or(T::ZERO),
-        };
-        state.under_way_nm.rotate_right(1);
-        state.under_way_nm[0] = reference_nm;
+        let newest = state.newest.wrapping_add(1) % PLACES;
+        state.newest = newest;
+        state.under_way_nm[newest] = reference_nm;
+        // What the rotor feels now is delay_samples older.
+        let felt = state.under_way_nm[newest.wrapping_sub(self.delay_samples) % PLACES];
         let start = state.torque_nm;
         state.torque_nm = felt + (start - felt) * self.decay;
         felt + (start - felt) * self.mean_of_lag
@@ -150,12 +153,23 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        self.follow(state, raw, player.next_tick())
+        self.observe_and_control(state, raw, || player.next_tick())
     }
 
     /// One tick towards a reference that comes from elsewhere.
     #[inline]
     pub fn follow(&self, state: &mut State<T>, raw: u32, reference: Reference<T>) -> Sample<T> {
+        self.observe_and_control(state, raw, || reference)
+    }
+
+    /// One tick. The reference is asked for right before it is used: kept in memory meanwhile, it would cost.
+    #[inline]
+    fn observe_and_control(
+        &self,
+        state: &mut State<T>,
+        raw: u32,
+        reference: impl FnOnce() -> Reference<T>,
+    ) -> Sample<T> {
         let torque_nm = self
             .torque_path
             .step(&mut state.torque_path, state.reference_nm);
@@ -171,7 +185,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         let estimate = state.luenberger.estimate;
         let torque_ref_nm = self.control.step(
             &mut state.control,
-            reference,
+            reference(),
             self.position_rad(&state.encoder),
             estimate.velocity_rad_s,
         );
