@@ -1,6 +1,8 @@
 //! The whole of the control interrupt but for its registers: requests, observers, control, supervisor and the sample of
 //! a tick. The host steps the same code.
 
+use core::hint::cold_path;
+
 use crate::experiment::{Experiment, Player};
 use crate::parameters::Config;
 use crate::supervisor::{Observation, Request, State, Supervisor};
@@ -95,8 +97,12 @@ impl Controller {
     #[inline]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
         let request = match input.order {
-            Some(Order::Request(request)) => Some(request),
+            Some(Order::Request(request)) => {
+                cold_path();
+                Some(request)
+            }
             Some(Order::Play(experiment)) => {
+                cold_path();
                 if self.supervisor.may_start() {
                     self.player = Player::new(experiment, config.tick_s);
                     self.playing = true;
@@ -127,6 +133,7 @@ impl Controller {
         // What was stopped does not resume.
         let ends = self.supervisor.state() != State::Armed || request == Some(Request::Stop);
         if self.playing && ends {
+            cold_path();
             self.playing = false;
             self.player = Player::new(SILENCE, config.tick_s);
         }

@@ -1,6 +1,8 @@
 //! Wrapped encoder counts to differences and turns. Counts stay integers: an f32 angle loses the encoder after some
 //! ten thousand turns, so nothing downstream ever sees an absolute angle.
 
+use core::hint::cold_path;
+
 use crate::error::{ParameterError, positive, require};
 
 /// What the encoder is.
@@ -67,6 +69,7 @@ impl Encoder {
         state.last = raw;
         let mut counts = state.counts_in_turn.wrapping_add(step);
         if step.unsigned_abs() > self.largest_step.unsigned_abs() {
+            cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return None;
         }

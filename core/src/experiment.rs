@@ -178,7 +178,7 @@ impl<T: Real> Player<T> {
                 amplitude_rad,
                 period_ticks,
             } => {
-                let x = of_ticks::<T>(self.advance(period_ticks)) / of_ticks(period_ticks);
+                let x = T::of_ticks(self.advance(period_ticks)) / T::of_ticks(period_ticks);
                 let four = T::of(4.0);
                 let speed = four * amplitude_rad / self.seconds(period_ticks);
                 let (position_rad, velocity_rad_s) = if x < T::of(0.25) {
@@ -204,7 +204,7 @@ impl<T: Real> Player<T> {
                     T::ZERO
                 } else {
                     let torque =
-                        peak_nm * of_ticks(self.advance(ramp_ticks)) / of_ticks(ramp_ticks);
+                        peak_nm * T::of_ticks(self.advance(ramp_ticks)) / T::of_ticks(ramp_ticks);
                     if forward { torque } else { -torque }
                 })
             }
@@ -212,7 +212,7 @@ impl<T: Real> Player<T> {
     }
 
     fn seconds(&self, ticks: u32) -> T {
-        of_ticks::<T>(ticks) * self.tick_s
+        T::of_ticks(ticks) * self.tick_s
     }
 
     /// The phase of this tick within a stretch of so many, and on to the next; a finished stretch counts a step.
@@ -227,14 +227,10 @@ impl<T: Real> Player<T> {
     }
 }
 
-fn of_ticks<T: Real>(ticks: u32) -> T {
-    T::of_count(ticks.min(i32::MAX as u32) as i32)
-}
-
 /// Sine and cosine at a phase of a period.
 #[inline(always)]
 fn sine<T: Real>(phase: u32, period: u32) -> (T, T) {
-    let turns = of_ticks::<T>(phase) / of_ticks(period.max(1));
+    let turns = T::of_ticks(phase) / T::of_ticks(period.max(1));
     (sine_of_turns(turns), sine_of_turns(turns + T::of(0.25)))
 }
 

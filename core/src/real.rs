@@ -4,6 +4,7 @@
 //! host and microcontroller, and results there are compared bit for bit.
 
 use core::fmt::Debug;
+use core::hint::cold_path;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A floating-point scalar.
@@ -32,6 +33,8 @@ pub trait Real:
     fn of(value: f64) -> Self;
     /// The nearest scalar to a count.
     fn of_count(count: i32) -> Self;
+    /// The nearest scalar to a number of ticks.
+    fn of_ticks(ticks: u32) -> Self;
     /// Exact widening.
     fn to_f64(self) -> f64;
     /// The whole part as an index; negative values and NaN give 0.
@@ -73,10 +76,15 @@ pub trait Real:
         if other > self { other } else { self }
     }
 
-    /// Limited to plus or minus `limit`.
+    /// Limited to plus or minus `limit`; NaN stays. One comparison where nothing is to be limited.
     #[inline]
     fn within(self, limit: Self) -> Self {
-        self.most(-limit).least(limit)
+        if self.abs() > limit {
+            cold_path();
+            limit.copysign(self)
+        } else {
+            self
+        }
     }
 }
 
@@ -94,6 +102,10 @@ macro_rules! real {
             #[inline]
             fn of_count(count: i32) -> Self {
                 count as $t
+            }
+            #[inline]
+            fn of_ticks(ticks: u32) -> Self {
+                ticks as $t
             }
             #[inline]
             fn to_f64(self) -> f64 {

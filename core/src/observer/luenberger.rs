@@ -15,6 +15,8 @@ use super::Estimate;
 use super::stability::{
     GainError, LARGEST_GROWTH, Regime, nearest_passing, spectral_radius_of_two,
 };
+use core::hint::cold_path;
+
 use crate::error::{ParameterError, positive, require};
 use crate::friction::ElastoPlastic;
 use crate::real::Real;
@@ -194,6 +196,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
                 z_rad,
             };
         } else {
+            cold_path();
             state.rejected = state.rejected.saturating_add(1);
         }
         state.estimate

@@ -14,6 +14,8 @@
 //! count is rad_per_count/T, which on a coarse encoder lies beyond the whole curve. The Luenberger-like observer's
 //! estimate serves; see `Tick`.
 
+use core::hint::cold_path;
+
 use crate::error::{ParameterError, positive};
 use crate::friction::ElastoPlastic;
 use crate::real::Real;
@@ -63,6 +65,7 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
     pub fn step(&self, state: &mut State<T>, step_counts: i32, velocity_rad_s: T) -> T {
         let dq = T::of_count(step_counts) * self.rad_per_count;
         if !(velocity_rad_s.is_finite() && dq.abs() <= self.largest_step_rad) {
+            cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return state.z_rad;
         }

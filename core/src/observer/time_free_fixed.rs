@@ -4,6 +4,8 @@
 //! [`crate::friction::elasto_plastic_fixed`]. Counts are exact here, so z is the same bit for bit whatever the distance
 //! travelled.
 
+use core::hint::cold_path;
+
 use crate::error::{ParameterError, require};
 use crate::friction::elasto_plastic_fixed::{ElastoPlasticFixed, Share};
 use fixed::types::I16F16;
@@ -46,6 +48,7 @@ impl TimeFreeFixed {
     #[inline]
     pub fn step(&self, state: &mut State, step_counts: i32, speed: I16F16) -> I16F16 {
         if step_counts.unsigned_abs() > self.largest_step.unsigned_abs() {
+            cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return state.z_counts;
         }

@@ -32,10 +32,10 @@ struct state {
 };
 
 static float within(float x, float limit) {
-    if (x < -limit) {
-        return -limit;
+    if (__builtin_expect(__builtin_fabsf(x) > limit, 0)) {
+        return __builtin_copysignf(limit, x);
     }
-    return x > limit ? limit : x;
+    return x;
 }
 
 /// Level at a speed, N m.
@@ -65,7 +65,7 @@ static float half_sine(float x) {
 static float step(const struct time_free *observer, struct state *state, int32_t step_counts, float velocity_rad_s) {
     float dq = (float)step_counts * observer->rad_per_count;
     bool believed = __builtin_isfinite(velocity_rad_s) && __builtin_fabsf(dq) <= observer->largest_step_rad;
-    if (!believed) {
+    if (__builtin_expect(!believed, 0)) {
         if (state->rejected != UINT32_MAX) {
             state->rejected++;
         }
