@@ -4,6 +4,8 @@
 //! goes to zero by a ramp, with the drive enabled until it is there. Every other fault takes torque and drive away in
 //! the tick that sees it. A fault stays, with the number of the first one, until it is cleared and its cause is gone.
 
+use core::hint::cold_path;
+
 use crate::error::{ParameterError, not_negative, positive, require};
 
 macro_rules! codes {
@@ -270,6 +272,7 @@ impl Supervisor {
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         self.follow(seen.request, seen.drive_healthy);
         if self.state == State::Boot {
+            cold_path();
             self.ticks_in_boot += 1;
             if self.ticks_in_boot >= limits.boot_ticks {
                 self.state = State::Idle;
@@ -278,6 +281,7 @@ impl Supervisor {
         }
         let fault = self.examine(limits, seen);
         if fault != Fault::None && self.state != State::Fault {
+            cold_path();
             self.state = State::Fault;
             self.fault = fault;
             self.stopping = fault == Fault::CommandTimeout;
@@ -299,6 +303,7 @@ impl Supervisor {
             self.ticks_silent = self.ticks_silent.saturating_add(1);
             return;
         };
+        cold_path();
         self.ticks_silent = 0;
         match (request, self.state) {
             (Request::Arm, State::Idle) if drive_healthy => {
@@ -330,6 +335,20 @@ impl Supervisor {
         // Finite only if all three are.
         let finite = (seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite();
         let stuck = self.stuck(limits, seen.step_counts);
+        let speed_rad_s = seen.velocity_rad_s.abs();
+        // In nearly every tick nothing is wrong; only otherwise is it asked what.
+        let anything = !finite
+            || (seen.illegal | seen.step_rejected | seen.late | !index_fits)
+            || speed_rad_s > limits.speed_rad_s
+            || (armed
+                && (!seen.drive_healthy
+                    || stuck
+                    || self.ticks_limited >= limits.limit_ticks
+                    || self.ticks_silent >= limits.command_ticks));
+        if !anything {
+            return Fault::None;
+        }
+        cold_path();
         if !finite {
             Fault::NotFinite
         } else if armed && !seen.drive_healthy {
@@ -338,7 +357,7 @@ impl Supervisor {
             Fault::EncoderIllegal
         } else if !index_fits {
             Fault::IndexMismatch
-        } else if seen.step_rejected || seen.velocity_rad_s.abs() > limits.speed_rad_s {
+        } else if seen.step_rejected || speed_rad_s > limits.speed_rad_s {
             Fault::Overspeed
         } else if armed && stuck {
             Fault::StuckEncoder
@@ -364,16 +383,16 @@ impl Supervisor {
         };
         let turn = limits.counts_per_turn.max(1);
         let distance = index.wrapping_sub(reference).cast_signed();
-        let part = distance.wrapping_rem(turn);
-        let off = if part > turn / 2 {
-            part - turn
-        } else if part < -(turn / 2) {
-            part + turn
-        } else {
-            part
-        };
+        let allowed = limits.index_counts.unsigned_abs();
+        // An index comes a turn after the one before, or is the same one again.
+        let mut off = nearest(distance, turn);
+        if off.unsigned_abs() > allowed {
+            // Off, or indices were missed: only here is a division needed.
+            cold_path();
+            off = nearest(distance.wrapping_rem(turn), turn);
+        }
         self.index = Some(index.wrapping_sub(off.cast_unsigned()));
-        off.unsigned_abs() <= limits.index_counts.unsigned_abs()
+        off.unsigned_abs() <= allowed
     }
 
     /// Whether torque has been well above break-away for too long without a count.
@@ -390,17 +409,20 @@ impl Supervisor {
     #[inline]
     fn armed(&mut self, limits: &Limits, wanted_nm: f32) -> Verdict {
         if self.stopping {
+            cold_path();
             self.ticks_limited = 0;
             return self.ramp(limits);
         }
         let mut limit = Limit::None;
         let mut torque_nm = wanted_nm;
         if torque_nm.abs() > limits.torque_nm {
+            cold_path();
             torque_nm = limits.torque_nm.copysign(torque_nm);
             limit = Limit::Torque;
         }
         let change = torque_nm - self.torque_nm;
         if change.abs() > limits.slew_nm {
+            cold_path();
             torque_nm = self.torque_nm + limits.slew_nm.copysign(change);
             limit = Limit::Slew;
         }
@@ -445,6 +467,18 @@ impl Supervisor {
             drive_enabled: false,
             limit: Limit::Disarmed,
         }
+    }
+}
+
+/// A distance of up to a turn and a half, less the nearest whole number of turns.
+#[inline]
+fn nearest(distance: i32, turn: i32) -> i32 {
+    if distance > turn / 2 {
+        distance.wrapping_sub(turn)
+    } else if distance < -(turn / 2) {
+        distance.wrapping_add(turn)
+    } else {
+        distance
     }
 }
 
