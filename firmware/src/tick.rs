@@ -8,6 +8,7 @@
 //! In the call tree of this function there is no panic, log, critical section, allocation, 64-bit division or f64;
 //! `cargo xtask check-elf` looks at the image for that.
 
+use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use bristle_core::controller::Input;
@@ -66,20 +67,26 @@ unsafe extern "C" fn TIM7_DAC() {
     // SAFETY: this is the tick, and the only call.
     let config = unsafe { exchange::config() };
     let lost = entered.wrapping_sub(side.entered) > timing::LOST_CYCLES;
-    let input = Input {
+    let mut input = Input {
         raw: reading.count,
         index: reading.index,
         illegal: reading.illegal,
         drive_healthy: board::drive_is_healthy(),
         late: side.late | lost | (latency > timing::LATE_CYCLES),
         overrun: side.overrun,
-        order: side.orders.take(),
+        order: None,
     };
+    // Apart, so that a tick without an order does not copy the place of one.
+    if let Some(order) = side.orders.take() {
+        cold_path();
+        input.order = Some(order);
+    }
     let out = side.controller.step(config, &input);
     output::write(output::code(out.torque_nm, config.deflection_1_nm));
     board::set_drive_enable(out.drive_enabled);
     side.overrun = !side.samples.put(out.record);
     if side.overrun {
+        cold_path();
         count(&QUEUE_OVERRUNS);
     }
     side.entered = entered;
