@@ -252,10 +252,10 @@ fn fixed_point(sink: Sink<'_>) {
 /// Elementary functions that core takes from its library, over any bits at all: infinities, NaN and denormals too.
 fn functions(sink: Sink<'_>) {
     let mut random = Random(13);
+    // The sign and payload of a NaN are nobody's promise.
     let narrow = |x: f32| if x.is_nan() { 0x7fc0_0000 } else { x.to_bits() };
     for _ in 0..STEPS {
         let [x, y] = [random.next(), random.next()].map(f32::from_bits);
-        // The sign and payload of a NaN are nobody's promise.
         sink("sqrt", narrow(Real::sqrt(x)));
         sink("exp", narrow(Real::exp(x)));
         sink("exp", narrow(Real::exp(-10.0 * random.unit())));
