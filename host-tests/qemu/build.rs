@@ -11,7 +11,7 @@ const MEMORY: &str = "MEMORY
 }
 ";
 
-fn main() {
+pub fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::write(out.join("memory.x"), MEMORY).expect("the folder for output can be written");
     println!("cargo:rustc-link-search={}", out.display());

@@ -4,10 +4,11 @@ use crate::{setup, sh};
 use std::process::Command;
 
 /// Packages that are workspaces of their own, and whether they are for the microcontroller or need the emulator's tools.
-const APART: [(&str, Needs); 4] = [
+const APART: [(&str, Needs); 5] = [
     ("firmware", Needs::Target),
     ("host-tests/image/kernels", Needs::Target),
     ("host-tests/qemu", Needs::Target),
+    ("host-tests/qemu/unit", Needs::Target),
     ("host-tests/image", Needs::Emulator),
 ];
 

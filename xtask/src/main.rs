@@ -12,7 +12,8 @@ use std::process::{Command, ExitCode};
 
 const USAGE: &str = "usage: cargo xtask <chore>
 
-  setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser, emulators
+  setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser,
+          emulators, a C compiler for the chip
   lint    set up, then check format and lint of every package
   test    set up, then run every test
   build-firmware [--pwm] [--distribution]

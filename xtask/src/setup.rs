@@ -16,15 +16,18 @@ pub fn run() {
         eprintln!("MISSING: a browser for the test of reports; install the package chromium");
     }
     if !there("qemu-system-arm") && !install("qemu-system-arm") {
-        eprintln!("MISSING: qemu-system-arm for core on the microcontroller's instruction set");
+        eprintln!("MISSING: qemu-system-arm for core on the microcontroller's instruction set;");
+        eprintln!("  install the package qemu-system-arm");
     }
-    if !there("arm-none-eabi-gcc") {
-        // The observer in C that the one in Rust is compared with.
-        let _ = ["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"].map(install);
+    if !there("arm-none-eabi-gcc") && !install("gcc-arm-none-eabi") {
+        eprintln!("MISSING: arm-none-eabi-gcc for the observer in C; install gcc-arm-none-eabi");
     }
     if !emulator_builds() {
         // The engine of the image test is C, built with cmake; its bindings are made with libclang.
         let _ = ["cmake", "libclang-dev", "pkg-config"].map(install);
+        if !emulator_builds() {
+            eprintln!("MISSING: cmake, libclang and pkg-config for the image test");
+        }
     }
 }
 

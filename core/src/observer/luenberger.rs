@@ -153,8 +153,9 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
             regime,
             growth,
             nearest: nearest_passing(settings.l1_1_s.to_f64(), scale, |l1| {
-                // As the gain will be held.
-                largest_growth(&friction, &settings, T::of(l1).to_f64()).1 < LARGEST_GROWTH
+                // As the gain will be held. Most candidates fail in one of the first regimes.
+                growths(&friction, &settings, T::of(l1).to_f64())
+                    .all(|(_, growth)| growth < LARGEST_GROWTH)
             }),
         }))
     }
@@ -204,45 +205,57 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
 }
 
 /// The regime in which the error grows most, and its growth per sample.
-///
-/// The Jacobian of one sample with respect to (v, z), from the derivatives of the deflection step: in stick
-/// dz'/dz = 1 and dz'/dv = T; in slip at z = z_ss, with h = T v/z_ss, dz'/dz = 1/(1 + h) and
-/// dz'/dv = T v g'(v)/(g(v) (1 + h)), the derivative of z_ss with velocity kept.
 fn largest_growth<T: Real, C: Curve<T>>(
     friction: &ElastoPlastic<T, C>,
     settings: &Settings<T>,
     l1: f64,
 ) -> (Regime, f64) {
-    const SPEEDS: i32 = 60;
+    growths(friction, settings, l1).fold((Regime::Stick, 0.0), |worst, one| {
+        // Written so that a NaN counts as the worst.
+        if one.1 > worst.1 || one.1.is_nan() {
+            one
+        } else {
+            worst
+        }
+    })
+}
+
+/// Growth of the error per sample in stick, and in slip at speeds from the largest down to a millionth of it, in even
+/// steps of the logarithm.
+///
+/// The Jacobian of one sample with respect to (v, z), from the derivatives of the deflection step: in stick
+/// dz'/dz = 1 and dz'/dv = T; in slip at z = z_ss, with h = T v/z_ss, dz'/dz = 1/(1 + h) and
+/// dz'/dv = T v g'(v)/(g(v) (1 + h)), the derivative of z_ss with velocity kept.
+fn growths<T: Real, C: Curve<T>>(
+    friction: &ElastoPlastic<T, C>,
+    settings: &Settings<T>,
+    l1: f64,
+) -> impl Iterator<Item = (Regime, f64)> {
+    const SPEEDS: usize = 60;
     let t = settings.sample_time_s.to_f64();
     let l2 = settings.l2.to_f64();
     let per_inertia = t / settings.inertia_kg_m2.to_f64();
     let sigma0 = friction.stiffness_nm_rad().to_f64();
-    let sigma1 = friction.damping_nm_s_rad().to_f64();
+    let sigma1_per_t = friction.damping_nm_s_rad().to_f64() / t;
     let sigma2 = friction.viscous_nm_s_rad().to_f64();
-    let growth = |z_by_v: f64, z_by_z: f64| {
+    let growth = move |z_by_v: f64, z_by_z: f64| {
         spectral_radius_of_two([
             [
-                1.0 - per_inertia * ((sigma0 + sigma1 / t) * z_by_v + sigma2) - l1 * t,
-                -per_inertia * (sigma0 * z_by_z + sigma1 / t * (z_by_z - 1.0)),
+                1.0 - per_inertia * ((sigma0 + sigma1_per_t) * z_by_v + sigma2) - l1 * t,
+                -per_inertia * (sigma0 * z_by_z + sigma1_per_t * (z_by_z - 1.0)),
             ],
             [z_by_v - l2 * t, z_by_z],
         ])
     };
-    let mut worst = (Regime::Stick, growth(t, 1.0));
-    let mut speed = settings.max_speed_rad_s.to_f64();
-    for _ in 0..SPEEDS {
+    let speeds = core::iter::successors(Some(settings.max_speed_rad_s.to_f64()), |v| Some(0.8 * v));
+    let slip = speeds.take(SPEEDS).map(move |speed| {
         let level = friction.curve().level_nm(T::of(speed)).to_f64();
         let slope = friction.curve().slope_nm_s_rad(T::of(speed)).to_f64();
         let decay = 1.0 / (1.0 + t * speed * sigma0 / level);
-        let slip = growth(t * speed * slope / level * decay, decay);
-        if slip > worst.1 || slip.is_nan() {
-            worst = (Regime::Slip { speed_rad_s: speed }, slip);
-        }
-        // Down to a millionth of the top speed, in even steps of the logarithm.
-        speed *= 0.8;
-    }
-    worst
+        let growth = growth(t * speed * slope / level * decay, decay);
+        (Regime::Slip { speed_rad_s: speed }, growth)
+    });
+    core::iter::once((Regime::Stick, growth(t, 1.0))).chain(slip)
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ pub fn nearest_passing(gain: f64, scale: f64, passes: impl Fn(f64) -> bool) -> O
             let candidate = gain + side * distance;
             if passes(candidate) {
                 let (mut fails, mut holds) = (*last, candidate);
-                for _ in 0..40 {
+                for _ in 0..30 {
                     let middle = 0.5 * (fails + holds);
                     if passes(middle) {
                         holds = middle;
@@ -136,7 +136,7 @@ pub fn nearest_passing(gain: f64, scale: f64, passes: impl Fn(f64) -> bool) -> O
             }
             *last = candidate;
         }
-        distance *= 1.1;
+        distance *= 1.5;
     }
     None
 }

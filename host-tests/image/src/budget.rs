@@ -326,8 +326,10 @@ mod tests {
 
     #[test]
     fn limits_and_missing_rows_are_complaints() {
-        let long = complaints(&[row(126)], &table(&[row(126)]));
+        // New where the document held the limit, known where it says that it does not.
+        let long = complaints(&[row(126)], &table(&[row(125)]));
         assert_eq!(long, ["a piece: 252 estimated cycles, limit 250"]);
+        assert!(complaints(&[row(126)], &table(&[row(126)])).is_empty());
         assert_eq!(
             complaints(&[row(100)], ""),
             ["a piece: not in the document"]

@@ -142,6 +142,7 @@ fn each_fault_once() {
     all.push(o);
 
     all.push(nan_parameter(start(SINE)));
+    all.push(unstable_gain(start(SINE)));
     all.push(watchdog(start(SINE)));
     table(&all);
 }
@@ -215,10 +216,38 @@ fn nan_parameter((mut s, now): (Session<'_>, u64)) -> Outcome {
     }
 }
 
+/// Refused with the nearest gain that passes, soon enough that no keep-alive is missed; the experiment goes on.
+fn unstable_gain((mut s, now): (Session<'_>, u64)) -> Outcome {
+    let number = ENTRIES.iter().position(|entry| entry.name == "l1_1_s");
+    let mut changes = Changes::default();
+    changes.add(number.unwrap() as u8, 10.0);
+    let reply = s.ask(&Command::Set(changes)).unwrap();
+    let answered = s.ticks() - now;
+    let Reply::Unstable { nearest_l1_1_s } = reply else {
+        panic!("{reply:?}")
+    };
+    // Keep-alives wait meanwhile: half of their time-out leaves room for one that is late.
+    assert!(answered < 5_000, "{answered}");
+    s.run(12_000).unwrap();
+    assert_eq!(s.faulted(now as u32), None);
+    assert!(s.knobs.borrow().enabled);
+    let mut mended = Changes::default();
+    mended.add(number.unwrap() as u8, nearest_l1_1_s);
+    let reply = s.ask(&Command::Set(mended)).unwrap();
+    assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
+    Outcome {
+        name: "unstable gain, l1 = 10 1/s",
+        seen: format!("refused: the nearest that passes is {nearest_l1_1_s}"),
+        ticks: answered,
+        drive_off: None,
+    }
+}
+
 /// The tick stops coming: the watchdog resets the chip, and the next boot says so.
 fn watchdog((mut s, _): (Session<'_>, u64)) -> Outcome {
     let begun = s.machine.cycles();
-    s.machine.bus().hold_tick_until(begun + 1_000 * TICK_CYCLES);
+    // Until the reset, and not into the next boot, which would be reset again.
+    s.machine.bus().hold_tick_until(begun + 205 * TICK_CYCLES);
     assert_eq!(s.run(1_000), Err(Stop::Reset(Cause::Watchdog)));
     let ticks = (s.machine.cycles() - begun) / TICK_CYCLES;
     // 161 counts at 8 kHz after the last feed.

@@ -1,20 +1,22 @@
 //! Cases that run on the microcontroller's instruction set and on the host, in f32 and fixed point: every friction
 //! model, every observer, the experiments, and the whole controller. Each gives a stream of bits.
 
+use bristle_core::Real;
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Experiment, Player, Reference};
+use bristle_core::experiment::{Experiment, Player, Reference, sine_of_turns};
 use bristle_core::friction::armstrong::Armstrong;
 use bristle_core::friction::bliman_sorine::BlimanSorine;
 use bristle_core::friction::bristle::Bristle;
 use bristle_core::friction::coulomb::{Coulomb, CoulombViscous};
 use bristle_core::friction::dahl::Dahl;
+use bristle_core::friction::elasto_plastic::half_sine;
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::karnopp::Karnopp;
 use bristle_core::friction::lugre::{Damping, LuGre};
 use bristle_core::friction::stiction::{GeneralStatic, Stiction};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion};
 use bristle_core::observer::reduced_order::{self, System};
-use bristle_core::observer::{ReducedOrder, luenberger, time_free};
+use bristle_core::observer::{ReducedOrder, TimeFreeFixed, luenberger, time_free, time_free_fixed};
 use bristle_core::parameters::BENCH;
 use bristle_core::stribeck::{Curve, Shape, Stribeck, Table};
 use bristle_core::supervisor::Request;
@@ -222,6 +224,8 @@ fn fixed_point(sink: Sink<'_>) {
         top_speed_rad_s: 2.4,
     };
     let fixed = ElastoPlasticFixed::new(&model, &scaling).expect("a model");
+    let observer = TimeFreeFixed::new(fixed, 1000).expect("an observer");
+    let mut observer_state = time_free_fixed::State::default();
     let mut state = elasto_plastic_fixed::State::default();
     let mut random = Random(5);
     for _ in 0..STEPS {
@@ -236,6 +240,46 @@ fn fixed_point(sink: Sink<'_>) {
             "elasto-plastic, fixed point",
             state.z_counts.to_bits().cast_unsigned(),
         );
+        // Steps and speeds of all sizes, some of them past belief.
+        let step = random.next().cast_signed() >> (18 + random.next() % 14);
+        let speed = I16F16::from_bits(bits);
+        let z = observer.step(&mut observer_state, step, speed);
+        sink("time-free, fixed point", z.to_bits().cast_unsigned());
+    }
+    sink("time-free, fixed point", observer_state.rejected);
+}
+
+/// Elementary functions that core takes from its library, over any bits at all: infinities, NaN and denormals too.
+fn functions(sink: Sink<'_>) {
+    let mut random = Random(13);
+    // The sign and payload of a NaN are nobody's promise.
+    let narrow = |x: f32| if x.is_nan() { 0x7fc0_0000 } else { x.to_bits() };
+    for _ in 0..STEPS {
+        let [x, y] = [random.next(), random.next()].map(f32::from_bits);
+        sink("sqrt", narrow(Real::sqrt(x)));
+        sink("exp", narrow(Real::exp(x)));
+        sink("exp", narrow(Real::exp(-10.0 * random.unit())));
+        sink("pow", narrow(Real::powf(x, y)));
+        sink(
+            "pow",
+            narrow(Real::powf(3.0 * random.unit().abs(), 2.0 * random.unit())),
+        );
+        let turns = 2.0 * random.unit().abs();
+        sink("sine", sine_of_turns(turns).to_bits());
+    }
+    // Tables and parameters are built in f64, which the processor has no instructions for.
+    let mut wide = |name, x: f64| {
+        let bits = x.to_bits();
+        sink(name, bits as u32);
+        sink(name, (bits >> 32) as u32);
+    };
+    for _ in 0..STEPS / 4 {
+        let x = f64::from(random.unit()) + f64::from(random.unit()) * 1e-8;
+        wide("sqrt, f64", Real::sqrt(x.abs()));
+        wide("exp, f64", Real::exp(-10.0 * x));
+        wide("pow, f64", Real::powf(x.abs(), 1.3));
+        wide("sine, f64", sine_of_turns(x.abs()));
+        wide("half sine, f64", half_sine(x));
     }
 }
 
@@ -347,6 +391,7 @@ pub fn all(sink: Sink<'_>) {
     models(sink);
     curves(sink);
     fixed_point(sink);
+    functions(sink);
     observers(sink);
     experiments(sink);
     controller(sink);
