@@ -7,6 +7,8 @@
 //!
 //! The equations are those of [`super::elasto_plastic`].
 
+use core::hint::cold_path;
+
 use super::elasto_plastic::{ElastoPlastic, HALF_SINE};
 use crate::error::{ParameterError, positive, require};
 use crate::stribeck::{Curve, SEGMENTS};
@@ -234,7 +236,10 @@ impl ElastoPlasticFixed {
             .wrapping_add(product(self.damping, next.wrapping_sub(z)))
             .wrapping_add(product(self.viscous, displacement))
             >> 10;
-        I2F30::from_bits(torque.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
+        I2F30::from_bits(i32::try_from(torque).unwrap_or_else(|_| {
+            cold_path();
+            if torque < 0 { i32::MIN } else { i32::MAX }
+        }))
     }
 }
 
@@ -253,9 +258,9 @@ const LARGEST_DECAY: i32 = 127 << 24;
 /// 1/(1 + x) in 30 fractional bits for x in 24 fractional bits below 128: a 16-bit quotient, then one Newton step.
 #[inline]
 fn inverse_of_one_plus(x: u32) -> u32 {
-    let d = (1_u32 << 24).saturating_add(x);
-    // 2^32/(d/2^8) has 16 fractional bits; d is at least 2^24, so the divisor is never zero.
-    let coarse = u64::from(u32::MAX / (d >> 8).max(1));
+    let d = (1_u32 << 24).wrapping_add(x);
+    // 2^32/(d/2^8) has 16 fractional bits. d/2^8 from its parts, so that the compiler sees that it is not zero.
+    let coarse = u64::from(u32::MAX / ((1 << 16) + (x >> 8)));
     // r (2 - d r): 24 + 16 fractional bits inside, which is less than 2^42; 30 outside.
     let rest = (2_u64 << 40).wrapping_sub(u64::from(d) * coarse);
     ((coarse * u64::from((rest >> 16) as u32)) >> 10) as u32
@@ -268,14 +273,20 @@ fn half_sine(x: Share) -> Share {
     let half = Share::from_bits(1 << 28);
     let quarter = Share::from_bits(1 << 27);
     let u = x.wrapping_sub(half);
-    let s = u.wrapping_mul(u);
+    let s = product(u, u);
     let mut q = Share::ZERO;
     for &c in COEFFICIENTS.iter().rev() {
-        q = q.wrapping_mul(s).wrapping_add(c);
+        q = product(q, s).wrapping_add(c);
     }
-    let slope = Share::ONE.wrapping_add(s.wrapping_sub(quarter).wrapping_mul(q));
-    let y = half.wrapping_add(u.wrapping_mul(slope));
+    let slope = Share::ONE.wrapping_add(product(s.wrapping_sub(quarter), q));
+    let y = half.wrapping_add(product(u, slope));
     y.max(Share::ZERO).min(Share::ONE)
+}
+
+/// A product that fits: one wide multiplication, which the crate's own does not become where it is inlined.
+#[inline]
+fn product(a: Share, b: Share) -> Share {
+    Share::from_bits(((i64::from(a.to_bits()) * i64::from(b.to_bits())) >> 29) as i32)
 }
 
 const COEFFICIENTS: [Share; 4] = {
