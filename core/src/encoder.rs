@@ -9,7 +9,7 @@ use crate::error::{ParameterError, positive, require};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {
     counts_per_turn: i32,
-    largest_step: i32,
+    largest_step: u32,
 }
 
 /// Where the encoder stands.
@@ -40,7 +40,7 @@ impl Encoder {
         )?;
         Ok(Self {
             counts_per_turn,
-            largest_step,
+            largest_step: largest_step.unsigned_abs(),
         })
     }
 
@@ -68,7 +68,7 @@ impl Encoder {
         let step = raw.wrapping_sub(state.last).cast_signed();
         state.last = raw;
         let mut counts = state.counts_in_turn.wrapping_add(step);
-        if step.unsigned_abs() > self.largest_step.unsigned_abs() {
+        if step.unsigned_abs() > self.largest_step {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return None;

@@ -381,16 +381,18 @@ impl Supervisor {
             self.index = Some(index);
             return true;
         };
-        let turn = limits.counts_per_turn.max(1);
+        let turn = limits.counts_per_turn;
         let distance = index.wrapping_sub(reference).cast_signed();
         let allowed = limits.index_counts.unsigned_abs();
         // An index comes a turn after the one before, or is the same one again.
-        let mut off = nearest(distance, turn);
-        if off.unsigned_abs() > allowed {
-            // Off, or indices were missed: only here is a division needed.
-            cold_path();
-            off = nearest(distance.wrapping_rem(turn), turn);
+        let off = nearest(distance, turn);
+        if off.unsigned_abs() <= allowed {
+            self.index = Some(index.wrapping_sub(off.cast_unsigned()));
+            return true;
         }
+        // Off, or indices were missed: only here is a division needed.
+        cold_path();
+        let off = nearest(distance.wrapping_rem(turn.max(1)), turn);
         self.index = Some(index.wrapping_sub(off.cast_unsigned()));
         off.unsigned_abs() <= allowed
     }
@@ -473,9 +475,10 @@ impl Supervisor {
 /// A distance of up to a turn and a half, less the nearest whole number of turns.
 #[inline]
 fn nearest(distance: i32, turn: i32) -> i32 {
-    if distance > turn / 2 {
+    let half = turn >> 1;
+    if distance > half {
         distance.wrapping_sub(turn)
-    } else if distance < -(turn / 2) {
+    } else if distance < -half {
         distance.wrapping_add(turn)
     } else {
         distance

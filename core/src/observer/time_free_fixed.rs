@@ -14,7 +14,7 @@ use fixed::types::I16F16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeFreeFixed {
     friction: ElastoPlasticFixed,
-    largest_step: i32,
+    largest_step: u32,
 }
 
 /// Deflection, and how many samples were rejected.
@@ -40,14 +40,14 @@ impl TimeFreeFixed {
         )?;
         Ok(Self {
             friction,
-            largest_step,
+            largest_step: largest_step.unsigned_abs(),
         })
     }
 
     /// Takes the step in counts since the last sample and a filtered speed in counts per sample, and gives z in counts.
     #[inline]
     pub fn step(&self, state: &mut State, step_counts: i32, speed: I16F16) -> I16F16 {
-        if step_counts.unsigned_abs() > self.largest_step.unsigned_abs() {
+        if step_counts.unsigned_abs() > self.largest_step {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return state.z_counts;
