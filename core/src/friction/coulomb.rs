@@ -35,13 +35,7 @@ impl<T: Real> Friction<T> for Coulomb<T> {
 
     #[inline]
     fn step(&self, _: &mut (), motion: Motion<T>) -> T {
-        if !motion.is_usable() {
-            T::ZERO
-        } else if motion.velocity_rad_s == T::ZERO {
-            motion.applied_nm.within(self.coulomb_nm)
-        } else {
-            self.steady_state_nm(motion.velocity_rad_s)
-        }
+        motion.hold_or_slide(self.coulomb_nm, |v| self.steady_state_nm(v))
     }
 
     #[inline]

@@ -43,6 +43,18 @@ impl<T: Real> Motion<T> {
             && self.dt_s <= T::of(1e6)
     }
 
+    /// Torque of a model that is defined at rest by the applied torque, up to `hold_nm`, and else by velocity.
+    #[inline]
+    pub(crate) fn hold_or_slide(&self, hold_nm: T, slide: impl FnOnce(T) -> T) -> T {
+        if !self.is_usable() {
+            T::ZERO
+        } else if self.velocity_rad_s == T::ZERO {
+            self.applied_nm.within(hold_nm)
+        } else {
+            slide(self.velocity_rad_s)
+        }
+    }
+
     /// Displacement in the step, limited to what bristles of deflection `z_max` can tell apart.
     ///
     /// Beyond `z_max` / epsilon the deflection is at its steady state, and products would overflow.

@@ -41,13 +41,7 @@ impl<T: Real> Friction<T> for Stiction<T> {
 
     #[inline]
     fn step(&self, _: &mut (), motion: Motion<T>) -> T {
-        if !motion.is_usable() {
-            T::ZERO
-        } else if motion.velocity_rad_s == T::ZERO {
-            motion.applied_nm.within(self.stiction_nm)
-        } else {
-            self.steady_state_nm(motion.velocity_rad_s)
-        }
+        motion.hold_or_slide(self.stiction_nm, |v| self.steady_state_nm(v))
     }
 
     #[inline]
@@ -83,13 +77,7 @@ impl<T: Real, C: Curve<T>> Friction<T> for GeneralStatic<T, C> {
 
     #[inline]
     fn step(&self, _: &mut (), motion: Motion<T>) -> T {
-        if !motion.is_usable() {
-            T::ZERO
-        } else if motion.velocity_rad_s == T::ZERO {
-            motion.applied_nm.within(self.curve.stiction_nm())
-        } else {
-            self.steady_state_nm(motion.velocity_rad_s)
-        }
+        motion.hold_or_slide(self.curve.stiction_nm(), |v| self.steady_state_nm(v))
     }
 
     #[inline]
