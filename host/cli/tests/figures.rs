@@ -1,6 +1,7 @@
 //! What the commands promise, read from their JSON.
 
 use serde_json::Value;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -102,7 +103,9 @@ fn emps_record() {
     );
     let record = data.join("emps/emps_train.csv");
     if !record.is_file() {
-        eprintln!(
+        // Past the macros, whose output a passing test swallows.
+        let _ = writeln!(
+            std::io::stderr(),
             "SKIPPED emps_record: {} is not there; set BRISTLE_DATA",
             record.display()
         );
