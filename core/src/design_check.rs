@@ -269,21 +269,22 @@ mod tests {
     use super::*;
     use crate::stribeck::Stribeck;
 
+    const SETTINGS: luenberger::Settings<f64> = luenberger::Settings {
+        inertia_kg_m2: 2.5246e-5,
+        rad_per_count: core::f64::consts::TAU / 16384.0,
+        sample_time_s: 1e-4,
+        l1_1_s: 1700.0,
+        l2: 0.0,
+        offset_nm: 0.0,
+        max_speed_rad_s: 314.0,
+        max_torque_nm: 1.0,
+    };
+
     fn thesis(coulomb_nm: f64) -> [Finding; FINDINGS] {
         let curve = Stribeck::constant(coulomb_nm).unwrap();
         let friction = ElastoPlastic::new(curve, 10.53, 0.076, 0.0029, 0.7).unwrap();
-        let settings = luenberger::Settings {
-            inertia_kg_m2: 2.5246e-5,
-            rad_per_count: core::f64::consts::TAU / 16384.0,
-            sample_time_s: 1e-4,
-            l1_1_s: 1700.0,
-            l2: 0.0,
-            offset_nm: 0.0,
-            max_speed_rad_s: 314.0,
-            max_torque_nm: 1.0,
-        };
         let design = Design {
-            settings,
+            settings: SETTINGS,
             available_nm: 0.035,
         };
         check(&friction, &design)
@@ -325,16 +326,7 @@ mod tests {
 
     #[test]
     fn noise_is_what_a_quantised_ramp_gives() {
-        let s = luenberger::Settings {
-            inertia_kg_m2: 2.5246e-5,
-            rad_per_count: core::f64::consts::TAU / 16384.0,
-            sample_time_s: 1e-4,
-            l1_1_s: 1700.0,
-            l2: 0.0,
-            offset_nm: 0.0,
-            max_speed_rad_s: 314.0,
-            max_torque_nm: 1.0,
-        };
+        let s = SETTINGS;
         let viscous = 0.0029;
         let (mut difference_sum, mut estimate_sum) = (0.0, 0.0);
         // At one speed the errors of neighbouring samples hang together; over the speeds of a count they average out.

@@ -2,6 +2,7 @@
 
 use crate::output::{self, Progress, short};
 use crate::setup::Setup;
+use bristle_core::experiment::{Experiment, Player, Reference};
 use bristle_gap::InputError;
 use bristle_gap::axis_file::FrictionModel;
 use bristle_gap::believed::Noise;
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let z_ss = setup.believed.coulomb_nm / setup.believed.stiffness_nm_rad;
     let progress = Progress::new("compare");
     // Pulse, rest and one second of settling come before the drift is measured.
-    let settle_s = 0.4 + 1.0;
+    let settle_s = pulse_ticks(&setup).0 as f64 / setup.believed.rate_hz + 1.0;
     let mut rows = Vec::new();
     let mut pulses = Vec::new();
     let mut reversals = Vec::new();
@@ -116,12 +117,10 @@ fn play(
     let step_s = setup.sample_time_s();
     let tick = believed.tick::<f32>(step_s)?;
     let axis = believed.axis(model, step_s, Noise::default(), 1)?;
-    let amplitude = match named.experiment::<f64>(believed, believed.rate_hz) {
-        bristle_core::experiment::Experiment::Reversals { amplitude_rad, .. } => amplitude_rad,
-        _ => 0.0,
-    };
     let mut rig = Rig::new(tick, axis, named.experiment(believed, believed.rate_hz));
     let ticks = samples(seconds, believed.rate_hz)?;
+    // What the rig's own player asks for, before its rounding to single precision.
+    let mut player = Player::<f64>::new(named.experiment(believed, believed.rate_hz), step_s);
     let mut run = Run::default();
     for k in 0..ticks {
         let truth = rig.advance().truth;
@@ -132,8 +131,10 @@ fn play(
         run.position_rad.push(truth.motion.position_rad);
         run.friction_nm.push(truth.friction_nm);
         run.velocity_rad_s.push(truth.motion.velocity_rad_s);
-        run.reference_rad
-            .push(amplitude * (std::f64::consts::PI * truth.time_s).sin());
+        run.reference_rad.push(match player.next_tick() {
+            Reference::Position { position_rad, .. } => position_rad,
+            _ => 0.0,
+        });
         if k % 4096 == 0 {
             progress(k as f64 / ticks as f64);
         }
@@ -141,9 +142,22 @@ fn play(
     Ok(run)
 }
 
+/// Ticks before the oscillation of the pulse experiment, and of one oscillation.
+fn pulse_ticks(setup: &Setup) -> (usize, usize) {
+    let believed = &setup.believed;
+    match Named::Pulse.experiment::<f64>(believed, believed.rate_hz) {
+        Experiment::PulseThenOscillation {
+            pulse_ticks,
+            period_ticks,
+            ..
+        } => (2 * pulse_ticks as usize, period_ticks as usize),
+        _ => (0, 1),
+    }
+}
+
 /// Mean speed between the first and the last whole oscillation after settling, at the same phase of both.
 fn drift(setup: &Setup, run: &Run, settle_s: f64) -> f64 {
-    let period = (0.1 * setup.believed.rate_hz).round() as usize;
+    let (_, period) = pulse_ticks(setup);
     let first = (settle_s * setup.believed.rate_hz).round() as usize;
     let periods = run.position_rad.len().saturating_sub(first + 1) / period;
     let last = first + periods * period;
@@ -186,7 +200,7 @@ fn report(
     let unit = setup.believed.unit;
     let (position, effort) = (unit.position(), unit.effort());
     // A reader looks at the drift itself: both from where the oscillation began, in steady deflections.
-    let begin = (0.4 * setup.believed.rate_hz) as usize;
+    let (begin, _) = pulse_ticks(setup);
     let from_begin = |run: &Run| -> Vec<f64> {
         let origin = run.position_rad[begin];
         run.position_rad[begin..]
