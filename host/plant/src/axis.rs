@@ -44,6 +44,7 @@ pub struct Axis {
     random: ChaCha8Rng,
     samples: u64,
     friction_nm: f64,
+    acceleration_rad_s2: f64,
     mean_torque_nm: f64,
 }
 
@@ -88,6 +89,7 @@ impl Axis {
             random: ChaCha8Rng::seed_from_u64(config.seed),
             samples: 0,
             friction_nm: 0.0,
+            acceleration_rad_s2: 0.0,
             mean_torque_nm: 0.0,
         }
     }
@@ -140,6 +142,7 @@ impl Axis {
                 time_s: start_s + f64::from(step) * step_s,
                 step_s,
                 motion: self.motion,
+                acceleration_rad_s2: self.acceleration_rad_s2,
                 torque_nm: self.drive.advance(step_s, self.keeps),
             };
             for effect in &mut self.effects {
@@ -163,9 +166,11 @@ impl Axis {
             for effect in &mut self.effects {
                 friction = effect.friction(&now, friction);
             }
+            let before = self.motion.velocity_rad_s;
             self.config
                 .mechanics
                 .kick(&mut self.motion, torque, friction, holds, step_s);
+            self.acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
             self.friction_nm = friction;
         }
         self.mean_torque_nm = sum / f64::from(self.config.steps);
@@ -174,6 +179,7 @@ impl Axis {
             time_s: self.samples as f64 * self.config.sample_time_s,
             step_s: self.config.sample_time_s,
             motion: self.motion,
+            acceleration_rad_s2: self.acceleration_rad_s2,
             torque_nm: self.mean_torque_nm,
         };
         for effect in &mut self.effects {

@@ -1,6 +1,6 @@
 //! Friction that differs by direction: larger by a share one way, smaller by it the other.
 
-use super::{Effect, Entry, Instant, Parameter};
+use super::{Effect, Entry, Instant, Kind, Parameter};
 
 struct Asymmetry {
     share: f64,
@@ -19,6 +19,8 @@ pub(super) const ENTRY: Entry = Entry {
         name: "share",
         linear_name: "share",
         default: 0.0,
+        kind: Kind::Size,
+        range: |_| [-0.4, 0.4],
     }],
     build: |values, _| Box::new(Asymmetry { share: values[0] }),
 };

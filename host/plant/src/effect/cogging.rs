@@ -1,6 +1,6 @@
 //! Cogging: A sin(n q + p), a torque of the rotor's angle alone, there with and without current.
 
-use super::{Effect, Entry, Instant, Parameter};
+use super::{Effect, Entry, Instant, Kind, Parameter};
 
 struct Cogging {
     amplitude_nm: f64,
@@ -22,16 +22,22 @@ pub(super) const ENTRY: Entry = Entry {
             name: "amplitude_nm",
             linear_name: "amplitude_n",
             default: 0.0,
+            kind: Kind::Size,
+            range: |scale| [0.0, 0.5 * scale.coulomb_nm],
         },
         Parameter {
             name: "order_per_rev",
             linear_name: "order_per_m",
             default: 1.0,
+            kind: Kind::Order,
+            range: |_| [1.0, 200.0],
         },
         Parameter {
             name: "phase_rad",
             linear_name: "phase_rad",
             default: 0.0,
+            kind: Kind::Phase,
+            range: |_| [-std::f64::consts::PI, std::f64::consts::PI],
         },
     ],
     build: |values, unit| {

@@ -1,6 +1,7 @@
 //! Eccentric code disc: the sensor reads q + A sin(q + p). On a linear axis the error repeats every metre.
 
-use super::{Effect, Entry, Instant, Parameter};
+use super::{Effect, Entry, Instant, Kind, Parameter};
+use crate::unit::Unit;
 
 struct Eccentricity {
     amplitude_rad: f64,
@@ -22,11 +23,18 @@ pub(super) const ENTRY: Entry = Entry {
             name: "amplitude_rad",
             linear_name: "amplitude_m",
             default: 0.0,
+            kind: Kind::Size,
+            range: |scale| match scale.unit {
+                Unit::Rotary => [0.0, 0.03],
+                Unit::Linear => [0.0, 1e-3],
+            },
         },
         Parameter {
             name: "phase_rad",
             linear_name: "phase_rad",
             default: 0.0,
+            kind: Kind::Phase,
+            range: |_| [-std::f64::consts::PI, std::f64::consts::PI],
         },
     ],
     build: |values, unit| {
@@ -41,7 +49,6 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::unit::Unit;
 
     #[test]
     fn is_once_a_turn() {

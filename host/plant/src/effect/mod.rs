@@ -6,6 +6,7 @@ mod cogging;
 mod eccentricity;
 mod offset;
 
+use crate::contact::Contact;
 use crate::mechanics::Motion;
 use crate::unit::Unit;
 use std::collections::BTreeMap;
@@ -20,11 +21,17 @@ pub struct Instant {
     pub step_s: f64,
     /// Positions and velocities; in `sensor`, the motor position as the effects before this one left it.
     pub motion: Motion,
-    /// Torque on the rotor as the effects before this one left it, N m.
+    /// Acceleration of the motor in the step before, rad/s^2.
+    pub acceleration_rad_s2: f64,
+    /// Torque on the rotor as the effects before this one left it, N m; in `actuator` of the first effect, what the
+    /// drive puts out.
     pub torque_nm: f64,
 }
 
 /// Where an effect takes hold. Every hook passes on what it does not change.
+///
+/// The hooks serve two users: the simulated axis, and a record that is followed backwards, where motion is measured and
+/// torque is what is asked for. So a hook depends on what it is given and on its own past, not on who calls it.
 pub trait Effect: Send {
     /// Torque that reaches the rotor, N m.
     fn actuator(&mut self, now: &Instant) -> f64 {
@@ -37,6 +44,12 @@ pub trait Effect: Send {
         0.0
     }
 
+    /// Inertia as a share of the believed one.
+    fn inertia(&mut self, now: &Instant) -> f64 {
+        let _ = now;
+        1.0
+    }
+
     /// Friction torque, N m.
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let _ = now;
@@ -47,6 +60,75 @@ pub trait Effect: Send {
     fn sensor(&mut self, now: &Instant) -> f64 {
         now.motion.position_rad
     }
+
+    /// The friction model with the effect in it, for effects that change its state and not only its torque.
+    fn contact(&self, inner: Box<dyn Contact>) -> Box<dyn Contact> {
+        inner
+    }
+
+    /// What takes part of the inertia off the motor, given the whole of it.
+    fn coupling(&self, inertia_kg_m2: f64) -> Option<Coupling> {
+        let _ = inertia_kg_m2;
+        None
+    }
+}
+
+/// A part of the inertia behind a spring, a damper and a play.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Inertia behind it as a share of the whole, above 0 and below 1.
+    pub load_share: f64,
+    /// N m/rad
+    pub stiffness_nm_rad: f64,
+    /// N m s/rad
+    pub damping_nm_s_rad: f64,
+    /// Whole width of the play, rad.
+    pub gap_rad: f64,
+}
+
+/// The size of an axis and of its records, from which the usual range of a parameter follows. A linear axis reads m for
+/// rad and N for N m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Rotary or linear.
+    pub unit: Unit,
+    /// F_C.
+    pub coulomb_nm: f64,
+    /// All of it.
+    pub inertia_kg_m2: f64,
+    /// Stribeck velocity.
+    pub stribeck_velocity_rad_s: f64,
+    /// Bristle deflection in slow sliding.
+    pub z_ss_rad: f64,
+    /// Highest speed on record.
+    pub top_speed_rad_s: f64,
+    /// Highest torque on record.
+    pub top_torque_nm: f64,
+    /// Lowest position on record.
+    pub lowest_rad: f64,
+    /// Highest position on record.
+    pub highest_rad: f64,
+    /// Length of the longest record.
+    pub duration_s: f64,
+    /// Length of a sample.
+    pub sample_time_s: f64,
+    /// Travel of an encoder count.
+    pub rad_per_count: f64,
+}
+
+/// What role a parameter plays, for whoever searches for its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// At zero the effect is not there, and near zero it grows in proportion.
+    Size,
+    /// Waves a turn, or a metre: a whole number on a rotary axis.
+    Order,
+    /// Phase of a wave, rad.
+    Phase,
+    /// Frequency of a wave, Hz.
+    Frequency,
+    /// Anything else: times, speeds, exponents, places.
+    Shape,
 }
 
 /// A parameter of an effect.
@@ -58,6 +140,11 @@ pub struct Parameter {
     pub linear_name: &'static str,
     /// Value where none is given.
     pub default: f64,
+    /// Its role.
+    pub kind: Kind,
+    /// Usual lowest and highest value on an axis of a size: a prior, not a limit. With both above zero it spans them
+    /// evenly in the logarithm.
+    pub range: fn(&Scale) -> [f64; 2],
 }
 
 impl Parameter {

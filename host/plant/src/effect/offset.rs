@@ -1,6 +1,6 @@
 //! A constant torque: gravity, or an amplifier that is off zero.
 
-use super::{Effect, Entry, Instant, Parameter};
+use super::{Effect, Entry, Instant, Kind, Parameter};
 
 struct Offset {
     torque_nm: f64,
@@ -18,6 +18,8 @@ pub(super) const ENTRY: Entry = Entry {
         name: "torque_nm",
         linear_name: "force_n",
         default: 0.0,
+        kind: Kind::Size,
+        range: |scale| [-0.6 * scale.coulomb_nm, 0.6 * scale.coulomb_nm],
     }],
     build: |values, _| {
         Box::new(Offset {
