@@ -35,8 +35,6 @@ pub struct Input {
     pub late: bool,
     /// The sample before this found the queue full.
     pub overrun: bool,
-    /// The oldest order not yet followed.
-    pub order: Option<Order>,
 }
 
 /// What a tick puts out.
@@ -96,26 +94,10 @@ impl Controller {
     /// One tick.
     #[inline]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
-        let request = match input.order {
-            Some(Order::Request(request)) => {
-                cold_path();
-                Some(request)
-            }
-            Some(Order::Play(experiment)) => {
-                cold_path();
-                if self.supervisor.may_start() {
-                    self.player = Player::new(experiment, config.tick_s);
-                    self.playing = true;
-                    self.state.begin_experiment();
-                }
-                Some(Request::Start)
-            }
-            None => None,
-        };
         let rejected = self.state.encoder.rejected;
         let sample = config
             .tick
-            .run(&mut self.state, input.raw, &mut self.player);
+            .decide(&mut self.state, input.raw, &mut self.player);
         let seen = Observation {
             wanted_nm: sample.torque_ref_nm,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
@@ -127,16 +109,18 @@ impl Controller {
             illegal: input.illegal,
             drive_healthy: input.drive_healthy,
             late: input.late,
-            request,
         };
-        let verdict = self.supervisor.step(&config.limits, &seen);
-        // What was stopped does not resume.
-        let ends = self.supervisor.state() != State::Armed || request == Some(Request::Stop);
-        if self.playing && ends {
-            cold_path();
-            self.playing = false;
-            self.player = Player::new(SILENCE, config.tick_s);
-        }
+        let verdict = self
+            .supervisor
+            .usual(&config.limits, &seen)
+            .unwrap_or_else(|| {
+                cold_path();
+                let verdict = self.supervisor.unusual(&config.limits, &seen);
+                if verdict.state != State::Armed {
+                    self.end_experiment(config);
+                }
+                verdict
+            });
         self.state.put_out(verdict.torque_nm);
         let flag = |on: bool, flag: u8| if on { flag } else { 0 };
         let flags = flag(self.playing, FLAG_EXPERIMENT)
@@ -150,12 +134,7 @@ impl Controller {
             z_time_free_rad: sample.time_free_z_rad,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
             torque_ref_nm: verdict.torque_nm,
-            status: Status::new(
-                self.supervisor.state(),
-                verdict.limit,
-                self.supervisor.fault(),
-                flags,
-            ),
+            status: Status::new(verdict.state, verdict.limit, verdict.fault, flags),
         };
         self.tick = self.tick.wrapping_add(1);
         Output {
@@ -163,6 +142,43 @@ impl Controller {
             drive_enabled: verdict.drive_enabled,
             record,
         }
+    }
+}
+
+impl Controller {
+    /// Takes an order, before the step of the tick that follows it.
+    #[inline]
+    pub fn obey(&mut self, config: &Config, order: &Order) {
+        match *order {
+            Order::Request(request) => {
+                self.supervisor.ask(request);
+                if request == Request::Stop {
+                    self.end_experiment(config);
+                }
+            }
+            Order::Play(experiment) => {
+                if self.supervisor.may_start() {
+                    self.player = Player::new(experiment, config.tick_s);
+                    self.playing = true;
+                    self.state.begin_experiment();
+                }
+                self.supervisor.ask(Request::Start);
+            }
+        }
+    }
+
+    /// What was stopped does not resume.
+    #[inline(always)]
+    fn end_experiment(&mut self, config: &Config) {
+        if self.playing {
+            self.playing = false;
+            self.player = Player::new(SILENCE, config.tick_s);
+        }
+    }
+
+    /// Goes on with other parameters, before the first step with them.
+    pub fn take_over(&mut self, config: &Config) {
+        config.tick.take_over(&mut self.state);
     }
 }
 
@@ -183,11 +199,10 @@ mod tests {
         }
     }
 
-    fn ordering(raw: u32, order: Order) -> Input {
-        Input {
-            order: Some(order),
-            ..well(raw)
-        }
+    /// A tick that follows an order.
+    fn ordered(controller: &mut Controller, config: &Config, raw: u32, order: Order) -> Output {
+        controller.obey(config, &order);
+        controller.step(config, &well(raw))
     }
 
     fn sine(amplitude_nm: f32) -> Order {
@@ -203,7 +218,7 @@ mod tests {
         for _ in 0..200 {
             controller.step(config, &well(7));
         }
-        controller.step(config, &ordering(7, Order::Request(Request::Arm)));
+        ordered(&mut controller, config, 7, Order::Request(Request::Arm));
         controller
     }
 
@@ -212,7 +227,7 @@ mod tests {
         let config = BENCH.build(TICK_S, 1).unwrap();
         let mut controller = Controller::new(&config, 7, false);
         for _ in 0..200 {
-            let output = controller.step(&config, &ordering(7, sine(0.01)));
+            let output = ordered(&mut controller, &config, 7, sine(0.01));
             assert_eq!((output.torque_nm, output.drive_enabled), (0.0, false));
         }
         let mut controller = armed(&config);
@@ -224,12 +239,10 @@ mod tests {
             TICK_S,
         );
         for k in 0..3000 {
-            let input = if k == 0 {
-                ordering(7, sine(0.01))
-            } else {
-                well(7)
-            };
-            let output = controller.step(&config, &input);
+            if k == 0 {
+                controller.obey(&config, &sine(0.01));
+            }
+            let output = controller.step(&config, &well(7));
             let crate::experiment::Reference::Torque(expected) = player.next_tick() else {
                 panic!("a sine is a torque")
             };
@@ -243,11 +256,11 @@ mod tests {
     fn a_stopped_experiment_does_not_resume() {
         let config = BENCH.build(TICK_S, 1).unwrap();
         let mut controller = armed(&config);
-        controller.step(&config, &ordering(7, sine(0.01)));
+        ordered(&mut controller, &config, 7, sine(0.01));
         for _ in 0..2000 {
             controller.step(&config, &well(7));
         }
-        controller.step(&config, &ordering(7, Order::Request(Request::Stop)));
+        ordered(&mut controller, &config, 7, Order::Request(Request::Stop));
         let torques: Vec<f32> = (0..200)
             .map(|_| controller.step(&config, &well(7)).torque_nm)
             .collect();
@@ -260,7 +273,7 @@ mod tests {
         let config = BENCH.build(TICK_S, 1).unwrap();
         let mut controller = armed(&config);
         let mut raw = 7_u32;
-        let mut last = controller.step(&config, &ordering(raw, sine(0.03))).record;
+        let mut last = ordered(&mut controller, &config, raw, sine(0.03)).record;
         for k in 0..2000_u32 {
             raw = raw.wrapping_add(u32::from(k % 50 == 0));
             last = controller.step(&config, &well(raw)).record;
@@ -271,6 +284,7 @@ mod tests {
             ..BENCH
         };
         let config = changed.build(TICK_S, 1).unwrap();
+        controller.take_over(&config);
         let next = controller.step(&config, &well(raw)).record;
         // A tick's change of each, and no more: 8 rad/s^2 per mN m, and the sine's slope.
         assert!((next.velocity_rad_s - last.velocity_rad_s).abs() < 0.1);
@@ -283,7 +297,7 @@ mod tests {
     fn a_jump_of_the_counter_is_a_fault_and_control_goes_on() {
         let config = BENCH.build(TICK_S, 1).unwrap();
         let mut controller = armed(&config);
-        controller.step(&config, &ordering(7, sine(0.03)));
+        ordered(&mut controller, &config, 7, sine(0.03));
         let output = controller.step(&config, &well(100_000));
         assert_eq!(output.record.status.fault(), Some(Fault::Overspeed));
         assert_eq!((output.torque_nm, output.drive_enabled), (0.0, false));

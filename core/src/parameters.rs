@@ -9,7 +9,7 @@ use crate::encoder::Encoder;
 use crate::error::{ParameterError, require};
 use crate::friction::ElastoPlastic;
 use crate::observer::luenberger::{BuildError, Settings};
-use crate::observer::{Luenberger, TimeFree};
+use crate::observer::Luenberger;
 use crate::stribeck::{Shape, Stribeck, Table};
 use crate::supervisor::Limits;
 use crate::tick::{Tick, TorquePath};
@@ -221,7 +221,6 @@ impl Parameters {
             encoder: Encoder::new(counts_per_turn, largest_step)?,
             torque_path: TorquePath::new(output_delay_samples, self.drive_lag_s, tick_s)?,
             luenberger: Luenberger::new(friction, settings)?,
-            time_free: TimeFree::new(friction, rad_per_count, largest_step_rad)?,
             control: Cascade::new(
                 self.position_gain_1_s,
                 self.velocity_gain_nm_s_rad,

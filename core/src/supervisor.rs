@@ -189,8 +189,6 @@ pub struct Observation {
     pub drive_healthy: bool,
     /// The tick before was late, lost or too long.
     pub late: bool,
-    /// What the host asks for.
-    pub request: Option<Request>,
 }
 
 /// What may be put out.
@@ -202,6 +200,10 @@ pub struct Verdict {
     pub drive_enabled: bool,
     /// What limits the torque.
     pub limit: Limit,
+    /// Where the supervisor stands.
+    pub state: State,
+    /// The latched fault.
+    pub fault: Fault,
 }
 
 /// The state machine.
@@ -213,10 +215,14 @@ pub struct Supervisor {
     stopping: bool,
     ticks_in_boot: u32,
     ticks_limited: u32,
+    /// At the next tick.
     ticks_silent: u32,
     ticks_stuck: u32,
     index: Option<u32>,
     refused: u32,
+    asked: Option<Request>,
+    /// Armed, and nothing stops or limits the torque.
+    flows: bool,
 }
 
 impl Supervisor {
@@ -234,10 +240,12 @@ impl Supervisor {
             stopping: false,
             ticks_in_boot: 0,
             ticks_limited: 0,
-            ticks_silent: 0,
+            ticks_silent: 1,
             ticks_stuck: 0,
             index: None,
             refused: 0,
+            asked: None,
+            flows: false,
         }
     }
 
@@ -267,10 +275,88 @@ impl Supervisor {
         self.state == State::Armed
     }
 
+    /// Takes a request, which the next step follows or counts as refused.
+    #[inline]
+    pub fn ask(&mut self, request: Request) {
+        self.ticks_silent = 0;
+        if request != Request::KeepAlive {
+            self.asked = Some(request);
+            self.flows = false;
+        }
+    }
+
     /// One tick.
     #[inline]
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
-        self.follow(seen.request, seen.drive_healthy);
+        if let Some(verdict) = self.usual(limits, seen) {
+            return verdict;
+        }
+        cold_path();
+        self.unusual(limits, seen)
+    }
+
+    /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong, nothing is limited. Else
+    /// `None`, and [`Self::unusual`] is what remains to be done.
+    ///
+    /// What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
+    #[inline]
+    pub(crate) fn usual(&mut self, limits: &Limits, seen: &Observation) -> Option<Verdict> {
+        if !self.flows | seen.illegal | seen.step_rejected | seen.late | !seen.drive_healthy {
+            cold_path();
+            return None;
+        }
+        let mut ticks_stuck = 0;
+        if seen.step_counts == 0 && self.torque_nm.abs() >= limits.stuck_nm {
+            ticks_stuck = self.ticks_stuck.wrapping_add(1);
+            if ticks_stuck >= limits.stuck_ticks {
+                cold_path();
+                return None;
+            }
+        }
+        let torque_nm = seen.wanted_nm;
+        let change_nm = torque_nm - self.torque_nm;
+        // Written so that a NaN fails it.
+        let usual = self.ticks_silent < limits.command_ticks
+            && seen.velocity_rad_s.abs() <= limits.speed_rad_s
+            && torque_nm.abs() <= limits.torque_nm
+            && change_nm.abs() <= limits.slew_nm
+            && seen.z_rad.is_finite()
+            && self.index_fits(limits, seen.index);
+        if !usual {
+            cold_path();
+            return None;
+        }
+        self.ticks_stuck = ticks_stuck;
+        self.ticks_silent += 1;
+        self.torque_nm = torque_nm;
+        Some(Verdict {
+            torque_nm,
+            drive_enabled: true,
+            limit: Limit::None,
+            state: State::Armed,
+            fault: Fault::None,
+        })
+    }
+
+    /// Any tick: requests, all the states, faults and limits.
+    #[inline]
+    pub(crate) fn unusual(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
+        let (torque_nm, drive_enabled, limit) = self.decide(limits, seen);
+        self.ticks_silent = self.ticks_silent.saturating_add(1);
+        self.flows = self.state == State::Armed && !self.stopping && self.ticks_limited == 0;
+        Verdict {
+            torque_nm,
+            drive_enabled,
+            limit,
+            state: self.state,
+            fault: self.fault,
+        }
+    }
+
+    /// Torque, whether the drive is enabled, and what limits the torque.
+    #[inline]
+    fn decide(&mut self, limits: &Limits, seen: &Observation) -> (f32, bool, Limit) {
+        self.follow(seen.drive_healthy);
         if self.state == State::Boot {
             cold_path();
             self.ticks_in_boot += 1;
@@ -298,13 +384,10 @@ impl Supervisor {
 
     /// Follows a request, or counts it as refused.
     #[inline]
-    fn follow(&mut self, request: Option<Request>, drive_healthy: bool) {
-        let Some(request) = request else {
-            self.ticks_silent = self.ticks_silent.saturating_add(1);
+    fn follow(&mut self, drive_healthy: bool) {
+        let Some(request) = self.asked.take() else {
             return;
         };
-        cold_path();
-        self.ticks_silent = 0;
         match (request, self.state) {
             (Request::Arm, State::Idle) if drive_healthy => {
                 self.state = State::Armed;
@@ -409,7 +492,7 @@ impl Supervisor {
     }
 
     #[inline]
-    fn armed(&mut self, limits: &Limits, wanted_nm: f32) -> Verdict {
+    fn armed(&mut self, limits: &Limits, wanted_nm: f32) -> (f32, bool, Limit) {
         if self.stopping {
             cold_path();
             self.ticks_limited = 0;
@@ -434,16 +517,12 @@ impl Supervisor {
             self.ticks_limited.saturating_add(1)
         };
         self.torque_nm = torque_nm;
-        Verdict {
-            torque_nm,
-            drive_enabled: true,
-            limit,
-        }
+        (torque_nm, true, limit)
     }
 
     /// A step towards zero. A fault that has got there takes the drive away.
     #[inline]
-    fn ramp(&mut self, limits: &Limits) -> Verdict {
+    fn ramp(&mut self, limits: &Limits) -> (f32, bool, Limit) {
         let left = self.torque_nm.abs() - limits.ramp_nm;
         if left > 0.0 {
             self.torque_nm = left.copysign(self.torque_nm);
@@ -454,21 +533,13 @@ impl Supervisor {
                 return self.off();
             }
         }
-        Verdict {
-            torque_nm: self.torque_nm,
-            drive_enabled: true,
-            limit: Limit::Ramp,
-        }
+        (self.torque_nm, true, Limit::Ramp)
     }
 
     #[inline]
-    fn off(&mut self) -> Verdict {
+    fn off(&mut self) -> (f32, bool, Limit) {
         self.torque_nm = 0.0;
-        Verdict {
-            torque_nm: 0.0,
-            drive_enabled: false,
-            limit: Limit::Disarmed,
-        }
+        (0.0, false, Limit::Disarmed)
     }
 }
 

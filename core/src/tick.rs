@@ -1,6 +1,8 @@
 //! The control tick: what the 10 kHz interrupt does between reading the encoder and writing the torque reference. Pure:
 //! the host steps the same code against the virtual axis.
 
+use core::hint::cold_path;
+
 use crate::control::{self, Cascade};
 use crate::encoder::{self, Encoder};
 use crate::error::{ParameterError, not_negative, positive, require};
@@ -84,10 +86,9 @@ pub struct Tick<T, C> {
     pub encoder: Encoder,
     /// Reference to torque on the rotor.
     pub torque_path: TorquePath<T>,
-    /// Velocity and z from torque and counts.
+    /// Velocity and z from torque and counts. Its friction model, count and belief are the time-free observer's too,
+    /// see [`Tick::time_free`].
     pub luenberger: Luenberger<T, C>,
-    /// z from counts; the other observer's velocity places it on the Stribeck curve.
-    pub time_free: TimeFree<T, C>,
     /// Loops of the experiments that need them.
     pub control: Cascade<T>,
 }
@@ -104,6 +105,9 @@ pub struct State<T> {
     torque_path: TorquePathState<T>,
     control: control::State<T>,
     reference_nm: T,
+    /// z_ss at the velocity of the estimate: looked up once a tick, for this one's time-free observer and the next
+    /// one's Luenberger-like one.
+    z_ss_rad: T,
 }
 
 impl<T: Real> State<T> {
@@ -114,7 +118,8 @@ impl<T: Real> State<T> {
         self.control = control::State::default();
     }
 
-    /// Says which torque was put out, where it is not the one that [`Tick::run`] asked for: the observer believes it.
+    /// Says which torque is put out until the next tick: the observer believes it.
+    #[inline]
     pub fn put_out(&mut self, torque_nm: T) {
         self.reference_nm = torque_nm;
     }
@@ -147,19 +152,43 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             torque_path: TorquePathState::default(),
             control: control::State::default(),
             reference_nm: T::ZERO,
+            z_ss_rad: self.luenberger.z_ss_rad(&luenberger::State::default()),
         }
+    }
+
+    /// Goes on with a state that another set of parameters has left.
+    pub fn take_over(&self, state: &mut State<T>) {
+        state.z_ss_rad = self.luenberger.z_ss_rad(&state.luenberger);
+    }
+
+    /// The observer of z from counts; the other observer's velocity places it on the Stribeck curve.
+    pub fn time_free(&self) -> TimeFree<T, C>
+    where
+        C: Copy,
+    {
+        TimeFree::beside(&self.luenberger)
     }
 
     /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
+        let sample = self.decide(state, raw, player);
+        state.put_out(sample.torque_ref_nm);
+        sample
+    }
+
+    /// As [`Tick::run`], for a caller that says itself which torque it puts out.
+    #[inline]
+    pub fn decide(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
         self.observe_and_control(state, raw, || player.next_tick())
     }
 
     /// One tick towards a reference that comes from elsewhere.
     #[inline]
     pub fn follow(&self, state: &mut State<T>, raw: u32, reference: Reference<T>) -> Sample<T> {
-        self.observe_and_control(state, raw, || reference)
+        let sample = self.observe_and_control(state, raw, || reference);
+        state.put_out(sample.torque_ref_nm);
+        sample
     }
 
     /// One tick. The reference is asked for right before it is used: kept in memory meanwhile, it would cost.
@@ -175,9 +204,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             .step(&mut state.torque_path, state.reference_nm);
         let step_counts = match self.encoder.update(&mut state.encoder, raw) {
             Some(step) => {
-                let estimate = self.luenberger.step(&mut state.luenberger, step, torque_nm);
-                self.time_free
-                    .step(&mut state.time_free, step, estimate.velocity_rad_s);
+                self.observe(state, step, torque_nm);
                 step
             }
             None => 0,
@@ -189,7 +216,6 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             self.position_rad(&state.encoder),
             estimate.velocity_rad_s,
         );
-        state.reference_nm = torque_ref_nm;
         Sample {
             turns: state.encoder.turns,
             counts_in_turn: state.encoder.counts_in_turn,
@@ -197,6 +223,34 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             luenberger: estimate,
             time_free_z_rad: state.time_free.z_rad,
             torque_ref_nm,
+        }
+    }
+
+    /// Both observers: what [`Luenberger::step`] and then [`TimeFree::step`] at its velocity do, with one look-up of
+    /// z_ss between them, and belief looked at once.
+    #[inline]
+    fn observe(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) {
+        let observer = &self.luenberger;
+        let (dq, believed) = observer.step_at(
+            &mut state.luenberger,
+            step_counts,
+            torque_nm,
+            state.z_ss_rad,
+        );
+        if believed {
+            state.z_ss_rad = observer.z_ss_rad(&state.luenberger);
+        } else {
+            cold_path();
+            // The estimate is as it was, and a torque that is not believed does not concern the other observer.
+            if dq.abs() > observer.largest_step_rad() {
+                state.time_free.rejected = state.time_free.rejected.saturating_add(1);
+                return;
+            }
+        }
+        if step_counts != 0 {
+            let z = state.time_free.z_rad;
+            state.time_free.z_rad =
+                time_free::follow(observer.friction(), z, dq, state.z_ss_rad);
         }
     }
 

@@ -4,6 +4,7 @@
 //! takes it over at its start, so that one tick never sees two sets.
 
 use core::cell::UnsafeCell;
+use core::hint::cold_path;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
@@ -135,19 +136,23 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     }
 }
 
-/// The parameters of this tick, new ones if there are.
+/// The parameters of this tick, and whether they are new.
 ///
 /// # Safety
 /// Only for the tick, once at its start.
 #[inline(always)]
-pub unsafe fn config() -> &'static Config {
+pub unsafe fn config() -> (&'static Config, bool) {
     let next = NEXT.load(Ordering::Relaxed);
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
-    ACTIVE.store(next, Ordering::Relaxed);
+    let changed = next != ACTIVE.load(Ordering::Relaxed);
+    if changed {
+        cold_path();
+        ACTIVE.store(next, Ordering::Relaxed);
+    }
     // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
     // been active.
-    unsafe { &*next }
+    (unsafe { &*next }, changed)
 }
 
 /// True while the tick has not yet taken over the parameters offered last.

@@ -96,4 +96,21 @@ impl<T: Copy, const N: usize> Taker<T, N> {
         ring.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
         Some(item)
     }
+
+    /// Shows the oldest item in its place, then takes it; false if there is none.
+    #[inline(always)]
+    pub fn take_with(&mut self, look: impl FnOnce(&T)) -> bool {
+        let ring = self.0;
+        let taken = ring.taken.load(Ordering::Relaxed);
+        if taken == ring.put.load(Ordering::Relaxed) {
+            return false;
+        }
+        cold_path();
+        compiler_fence(Ordering::Acquire);
+        // SAFETY: as in `take`; the reference ends before `taken` says that the place is free.
+        look(unsafe { &*ring.place(taken) });
+        compiler_fence(Ordering::Release);
+        ring.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
+        true
+    }
 }

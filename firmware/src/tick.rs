@@ -65,22 +65,22 @@ unsafe extern "C" fn TIM7_DAC() {
     // SAFETY: filled before the interrupt was enabled, and only this handler reaches it.
     let side = unsafe { exchange::TICK.get() };
     // SAFETY: this is the tick, and the only call.
-    let config = unsafe { exchange::config() };
+    let (config, changed) = unsafe { exchange::config() };
     let lost = entered.wrapping_sub(side.entered) > timing::LOST_CYCLES;
-    let mut input = Input {
+    let input = Input {
         raw: reading.count,
         index: reading.index,
         illegal: reading.illegal,
         drive_healthy: board::drive_is_healthy(),
         late: side.late | lost | (latency > timing::LATE_CYCLES),
         overrun: side.overrun,
-        order: None,
     };
-    // Apart, so that a tick without an order does not copy the place of one.
-    if let Some(order) = side.orders.take() {
+    let controller = &mut side.controller;
+    if changed {
         cold_path();
-        input.order = Some(order);
+        controller.take_over(config);
     }
+    side.orders.take_with(|order| controller.obey(config, order));
     let out = side.controller.step(config, &input);
     output::write(output::code(out.torque_nm, config.deflection_1_nm));
     board::set_drive_enable(out.drive_enabled);

@@ -120,7 +120,7 @@ fn run<R: Real>(start: u32, turns: u64, profile: &Profile) -> (Vec<Seen<R>>, i32
                 z: sample.luenberger.z_rad,
                 time_free_z: sample.time_free_z_rad,
                 w: tick
-                    .time_free
+                    .time_free()
                     .plastic_rad(&state.time_free, sample.counts_in_turn),
                 counts_in_turn: sample.counts_in_turn,
             });
@@ -137,7 +137,7 @@ fn compare<R: Real>(name: &str) {
     let profile = profile();
     let (one, turns) = run::<R>(0, 1, &profile);
     assert!(one.len() > 40_000);
-    let z_max = tick::<R>().time_free.friction().z_max_rad().to_f64();
+    let z_max = tick::<R>().time_free().friction().z_max_rad().to_f64();
     // The profile is worth comparing: it slides both ways.
     let most = one.iter().map(|s| s.z.to_f64()).fold(0.0, f64::max);
     let least = one.iter().map(|s| s.z.to_f64()).fold(0.0, f64::min);

@@ -112,18 +112,17 @@ impl<T: Real, C: Curve<T>> ElastoPlastic<T, C> {
         half_sine((share - self.breakaway_ratio) * self.per_mixed_range)
     }
 
-    /// Deflection after a displacement `dq` at a speed, rad.
+    /// Deflection after a displacement `dq` at the speed of a [`Self::z_ss_rad`], rad.
     #[inline]
-    pub fn advance(&self, z_rad: T, dq_rad: T, speed_rad_s: T) -> T {
-        self.deflect(z_rad, dq_rad, speed_rad_s).0
+    pub fn advance(&self, z_rad: T, dq_rad: T, z_ss_rad: T) -> T {
+        self.deflect(z_rad, dq_rad, z_ss_rad).0
     }
 
     /// Deflection after a displacement, and the share of the displacement that was plastic. alpha is taken half-way.
     #[inline]
-    fn deflect(&self, z: T, dq: T, speed: T) -> (T, T) {
+    fn deflect(&self, z: T, dq: T, z_ss: T) -> (T, T) {
         let half_way = z + T::of(0.5) * dq;
         let along = if dq < T::ZERO { -half_way } else { half_way };
-        let z_ss = self.z_ss_rad(speed);
         // Products rather than quotients are compared, and an elastic step adds without rounding twice.
         if along <= self.breakaway_ratio * z_ss {
             return ((z + dq).within(self.z_max_rad), T::ZERO);
@@ -167,7 +166,7 @@ impl<T: Real, C: Curve<T>> Friction<T> for ElastoPlastic<T, C> {
         }
         let v = motion.velocity_rad_s;
         let dq = motion.displacement_rad(self.z_max_rad);
-        let (next, plastic) = self.deflect(state.z_rad, dq, v.abs());
+        let (next, plastic) = self.deflect(state.z_rad, dq, self.z_ss_rad(v.abs()));
         state.z_rad = next;
         self.stiffness_nm_rad * next
             + self.damping_nm_s_rad * (v - v * plastic)
@@ -239,7 +238,7 @@ mod tests {
         for i in 0..100_000 {
             // In and out by 0.49 z_ba about 0.5 z_ba, at rest as far as the Stribeck curve is concerned.
             let dq = 1e-3 * z_ba * if (i / 490) % 2 == 0 { 1.0 } else { -1.0 };
-            z = model.advance(z, dq, 0.0);
+            z = model.advance(z, dq, model.z_ss_rad(0.0));
         }
         let moved: f64 = (0..100_000)
             .map(|i| if (i / 490) % 2 == 0 { 1e-3 } else { -1e-3 } * z_ba)
@@ -256,7 +255,7 @@ mod tests {
     fn deflection_relaxes_at_once_after_reversal() {
         let model = bench();
         let z_ss = model.z_ss_rad(1.0);
-        let back = model.advance(z_ss, -1e-5, 1.0);
+        let back = model.advance(z_ss, -1e-5, z_ss);
         assert_eq!(back, z_ss - 1e-5);
     }
 }

@@ -174,6 +174,27 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
     /// estimate at this sample.
     #[inline]
     pub fn step(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) -> Estimate<T> {
+        let z_ss_rad = self.z_ss_rad(state);
+        self.step_at(state, step_counts, torque_nm, z_ss_rad);
+        state.estimate
+    }
+
+    /// Deflection in steady sliding at the estimated velocity, rad.
+    #[inline]
+    pub(crate) fn z_ss_rad(&self, state: &State<T>) -> T {
+        self.friction.z_ss_rad(state.estimate.velocity_rad_s.abs())
+    }
+
+    /// As [`Self::step`], given [`Self::z_ss_rad`] of the state, and gives the measured step, rad, and whether it was
+    /// believed.
+    #[inline]
+    pub(crate) fn step_at(
+        &self,
+        state: &mut State<T>,
+        step_counts: i32,
+        torque_nm: T,
+        z_ss_rad: T,
+    ) -> (T, bool) {
         let s = &self.settings;
         let Estimate {
             velocity_rad_s: v,
@@ -181,7 +202,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         } = state.estimate;
         let measured = T::of_count(step_counts) * s.rad_per_count;
         let expected = s.sample_time_s * v;
-        let next = self.friction.advance(z, expected, v.abs());
+        let next = self.friction.advance(z, expected, z_ss_rad);
         let velocity_rad_s =
             self.kept * v + s.l1_1_s * measured + self.by_torque * (torque_nm + s.offset_nm)
                 - self.by_deflection * next
@@ -200,7 +221,12 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
         }
-        state.estimate
+        (measured, believed)
+    }
+
+    /// Longest step that an axis can make in a sample, rad.
+    pub(crate) fn largest_step_rad(&self) -> T {
+        self.largest_step_rad
     }
 }
 

@@ -16,6 +16,7 @@
 
 use core::hint::cold_path;
 
+use super::Luenberger;
 use crate::error::{ParameterError, positive};
 use crate::friction::ElastoPlastic;
 use crate::real::Real;
@@ -55,6 +56,18 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
         })
     }
 
+    /// Over the model, the count and the longest step of the other observer.
+    pub fn beside(luenberger: &Luenberger<T, C>) -> Self
+    where
+        C: Copy,
+    {
+        Self {
+            friction: *luenberger.friction(),
+            rad_per_count: luenberger.settings().rad_per_count,
+            largest_step_rad: luenberger.largest_step_rad(),
+        }
+    }
+
     /// The friction model inside.
     pub fn friction(&self) -> &ElastoPlastic<T, C> {
         &self.friction
@@ -69,22 +82,10 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
             state.rejected = state.rejected.saturating_add(1);
             return state.z_rad;
         }
-        let z = state.z_rad;
-        if step_counts == 0 {
-            return z;
+        if step_counts != 0 {
+            let z_ss = self.friction.z_ss_rad(velocity_rad_s.abs());
+            state.z_rad = follow(&self.friction, state.z_rad, dq, z_ss);
         }
-        let z_ss = self.friction.z_ss_rad(velocity_rad_s.abs());
-        // Counted positive in the direction of the step.
-        let along = if step_counts < 0 { -z } else { z };
-        let next = if along <= self.friction.breakaway_ratio() * z_ss {
-            z + dq
-        } else if along >= z_ss {
-            z_ss.copysign(z)
-        } else {
-            let share = along / z_ss;
-            z + dq * (T::ONE - self.friction.alpha(share) * share)
-        };
-        state.z_rad = next.within(self.friction.z_max_rad());
         state.z_rad
     }
 
@@ -94,6 +95,27 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
     pub fn plastic_rad(&self, state: &State<T>, counts_in_turn: i32) -> T {
         T::of_count(counts_in_turn) * self.rad_per_count - state.z_rad
     }
+}
+
+/// z after a step that is believed and not zero, rad, at the velocity of a z_ss.
+#[inline]
+pub(crate) fn follow<T: Real, C: Curve<T>>(
+    friction: &ElastoPlastic<T, C>,
+    z: T,
+    dq: T,
+    z_ss: T,
+) -> T {
+    // Counted positive in the direction of the step.
+    let along = if dq < T::ZERO { -z } else { z };
+    let next = if along <= friction.breakaway_ratio() * z_ss {
+        z + dq
+    } else if along >= z_ss {
+        z_ss.copysign(z)
+    } else {
+        let share = along / z_ss;
+        z + dq * (T::ONE - friction.alpha(share) * share)
+    };
+    next.within(friction.z_max_rad())
 }
 
 #[cfg(test)]

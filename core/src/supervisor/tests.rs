@@ -24,14 +24,11 @@ const WELL: Observation = Observation {
     illegal: false,
     drive_healthy: true,
     late: false,
-    request: None,
 };
 
-fn asking(request: Request) -> Observation {
-    Observation {
-        request: Some(request),
-        ..WELL
-    }
+fn asked(supervisor: &mut Supervisor, request: Request) -> Verdict {
+    supervisor.ask(request);
+    supervisor.step(&LIMITS, &WELL)
 }
 
 fn wanting(wanted_nm: f32) -> Observation {
@@ -44,8 +41,8 @@ fn running() -> Supervisor {
     for _ in 0..LIMITS.boot_ticks {
         supervisor.step(&LIMITS, &WELL);
     }
-    supervisor.step(&LIMITS, &asking(Request::Arm));
-    supervisor.step(&LIMITS, &asking(Request::Start));
+    asked(&mut supervisor, Request::Arm);
+    asked(&mut supervisor, Request::Start);
     for _ in 0..10 {
         supervisor.step(&LIMITS, &wanting(0.06));
     }
@@ -69,25 +66,26 @@ fn nothing_flows_before_arming() {
         };
         assert_eq!(supervisor.state(), state);
     }
-    assert!(is_off(supervisor.step(&LIMITS, &asking(Request::Start))));
+    assert!(is_off(asked(&mut supervisor, Request::Start)));
     assert_eq!(supervisor.refused(), 1);
 }
 
 #[test]
 fn arming_alone_gives_no_torque() {
     let mut supervisor = Supervisor::new(false);
-    supervisor.step(&LIMITS, &asking(Request::Arm));
+    asked(&mut supervisor, Request::Arm);
     assert_eq!((supervisor.state(), supervisor.refused()), (State::Boot, 1));
     for _ in 0..3 {
         supervisor.step(&LIMITS, &WELL);
     }
     let unwell = Observation {
         drive_healthy: false,
-        ..asking(Request::Arm)
+        ..WELL
     };
+    supervisor.ask(Request::Arm);
     assert!(is_off(supervisor.step(&LIMITS, &unwell)));
     assert_eq!((supervisor.state(), supervisor.refused()), (State::Idle, 2));
-    let verdict = supervisor.step(&LIMITS, &asking(Request::Arm));
+    let verdict = asked(&mut supervisor, Request::Arm);
     assert!(verdict.drive_enabled && verdict.torque_nm == 0.0);
     let verdict = supervisor.step(&LIMITS, &wanting(0.05));
     assert!(verdict.drive_enabled && verdict.torque_nm == 0.0);
@@ -171,19 +169,15 @@ fn every_fault_takes_the_drive_away_and_stays() {
             Request::KeepAlive,
             Request::Stop,
         ] {
-            assert!(is_off(supervisor.step(&LIMITS, &asking(request))));
+            assert!(is_off(asked(&mut supervisor, request)));
             assert_eq!(supervisor.fault(), fault, "latched");
         }
-        supervisor.step(&LIMITS, &asking(Request::ClearFault));
+        asked(&mut supervisor, Request::ClearFault);
         assert_eq!(
             (supervisor.state(), supervisor.fault()),
             (State::Idle, Fault::None)
         );
-        assert!(
-            supervisor
-                .step(&LIMITS, &asking(Request::Arm))
-                .drive_enabled
-        );
+        assert!(asked(&mut supervisor, Request::Arm).drive_enabled);
     }
 }
 
@@ -230,14 +224,10 @@ fn a_worse_fault_ends_the_ramp() {
 fn keep_alive_keeps_alive() {
     let mut supervisor = running();
     for tick in 0..2000 {
-        let request = (tick % 100 == 0).then_some(Request::KeepAlive);
-        supervisor.step(
-            &LIMITS,
-            &Observation {
-                request,
-                ..wanting(0.06)
-            },
-        );
+        if tick % 100 == 0 {
+            supervisor.ask(Request::KeepAlive);
+        }
+        supervisor.step(&LIMITS, &wanting(0.06));
     }
     assert_eq!(supervisor.state(), State::Armed);
 }
@@ -245,32 +235,27 @@ fn keep_alive_keeps_alive() {
 #[test]
 fn stop_ramps_and_start_goes_on() {
     let mut supervisor = running();
-    let verdict = supervisor.step(
-        &LIMITS,
-        &Observation {
-            wanted_nm: 0.06,
-            ..asking(Request::Stop)
-        },
-    );
+    supervisor.ask(Request::Stop);
+    let verdict = supervisor.step(&LIMITS, &wanting(0.06));
     assert_eq!(verdict.limit, Limit::Ramp);
     for _ in 0..5 {
         supervisor.step(&LIMITS, &wanting(0.06));
     }
     let verdict = supervisor.step(&LIMITS, &wanting(0.06));
     assert!(verdict.drive_enabled && verdict.torque_nm == 0.0);
-    supervisor.step(&LIMITS, &asking(Request::Start));
+    asked(&mut supervisor, Request::Start);
     let verdict = supervisor.step(&LIMITS, &wanting(0.06));
     assert_eq!((verdict.torque_nm, verdict.limit), (0.01, Limit::Slew));
-    assert!(is_off(supervisor.step(&LIMITS, &asking(Request::Disarm))));
+    assert!(is_off(asked(&mut supervisor, Request::Disarm)));
     assert_eq!(supervisor.state(), State::Idle);
 }
 
 #[test]
 fn watchdog_reset_is_told_and_must_be_cleared() {
     let mut supervisor = Supervisor::new(true);
-    assert!(is_off(supervisor.step(&LIMITS, &asking(Request::Arm))));
+    assert!(is_off(asked(&mut supervisor, Request::Arm)));
     assert_eq!(supervisor.fault(), Fault::WatchdogReset);
-    supervisor.step(&LIMITS, &asking(Request::ClearFault));
+    asked(&mut supervisor, Request::ClearFault);
     assert_eq!(supervisor.state(), State::Idle);
 }
 

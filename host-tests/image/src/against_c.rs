@@ -122,7 +122,7 @@ fn parameters() -> Vec<u8> {
     let levels = (0..SEGMENTS + 2)
         .map(|i| curve.level_nm(top_speed_rad_s * i.min(SEGMENTS) as f32 / SEGMENTS as f32));
     let config = BENCH.build(1e-4, 1).expect("parameters of an axis");
-    let observer = &config.tick.time_free;
+    let observer = &config.tick.time_free();
     let mut words: Vec<f32> = levels.collect();
     words.extend([
         SEGMENTS as f32 / top_speed_rad_s,

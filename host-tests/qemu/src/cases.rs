@@ -301,7 +301,7 @@ fn observers(sink: Sink<'_>) {
         sink("luenberger", e.velocity_rad_s.to_bits());
         sink("luenberger", e.z_rad.to_bits());
         let z = tick
-            .time_free
+            .time_free()
             .step(&mut time_free_state, step, e.velocity_rad_s);
         sink("time-free", z.to_bits());
         let [w] = reduced.step(&mut reduced_state, 0.0, slow as f32 * 3.8e-4, torque);
@@ -366,10 +366,12 @@ fn controller(sink: Sink<'_>) {
             if k == 3000 {
                 raw = raw.wrapping_add(100_000);
             }
+            if let Some(order) = order {
+                controller.obey(&config, &order);
+            }
             let input = Input {
                 raw,
                 drive_healthy: true,
-                order,
                 ..Input::default()
             };
             let r = controller.step(&config, &input).record;

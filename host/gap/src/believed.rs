@@ -15,7 +15,7 @@ use bristle_core::friction::dahl::Dahl;
 use bristle_core::friction::karnopp::Karnopp;
 use bristle_core::friction::lugre::{Damping, LuGre};
 use bristle_core::friction::stiction::{GeneralStatic, Stiction};
-use bristle_core::observer::{Luenberger, TimeFree, luenberger};
+use bristle_core::observer::{Luenberger, luenberger};
 use bristle_core::real::Real;
 use bristle_core::stribeck::{Shape, Stribeck, Table};
 use bristle_core::tick::{Tick, TorquePath};
@@ -478,8 +478,6 @@ impl Believed {
                 to(sample_time_s),
             )
             .map_err(|error| self.refused(&error))?,
-            time_free: TimeFree::new(friction, to(settings.rad_per_count), to(largest_step_rad))
-                .map_err(|error| self.refused(&error))?,
             luenberger,
             control: cascade.map_err(|error| self.refused(&error))?,
         })

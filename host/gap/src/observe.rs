@@ -200,7 +200,7 @@ impl Observed {
             torque_nm,
             position_rad,
         } = *stretch;
-        let (luenberger, time_free) = (&tick.luenberger, &tick.time_free);
+        let (luenberger, time_free) = (&tick.luenberger, &tick.time_free());
         let settings = luenberger.settings();
         let friction = luenberger.friction();
         let (step_s, count) = (settings.sample_time_s, settings.rad_per_count);

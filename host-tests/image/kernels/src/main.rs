@@ -60,7 +60,7 @@ fn bench() -> &'static mut Bench {
 fn build() -> Option<Bench> {
     let config = BENCH.build(TICK_S, 1).ok()?;
     let tick = config.tick;
-    let friction = *tick.time_free.friction();
+    let friction = *tick.luenberger.friction();
     let damping = BENCH.damping_nm_s_rad + BENCH.viscous_nm_s_rad;
     let system = System::rigid_axis(BENCH.inertia_kg_m2, BENCH.stiffness_nm_rad, damping);
     let shape = Shape::Gaussian {
@@ -96,7 +96,7 @@ fn build() -> Option<Bench> {
         friction_state: Default::default(),
         luenberger: tick.luenberger,
         luenberger_state: Default::default(),
-        time_free: tick.time_free,
+        time_free: tick.time_free(),
         time_free_state: Default::default(),
         reduced: ReducedOrder::new(system, [1700.0], TICK_S).ok()?,
         reduced_state: Default::default(),
@@ -194,18 +194,22 @@ pub extern "C" fn kernel_reduced_order(step: u32, torque: u32) -> u32 {
 #[inline(never)]
 pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     let bench = bench();
+    let sine = Experiment::Sine {
+        amplitude_nm: 0.035,
+        period_ticks: 10_000,
+    };
+    let order = match order {
+        1 => Some(Order::Request(Request::Arm)),
+        2 => Some(Order::Play(sine)),
+        3 => Some(Order::Request(Request::KeepAlive)),
+        _ => None,
+    };
+    if let Some(order) = order {
+        bench.controller.obey(&bench.config, &order);
+    }
     let input = Input {
         raw,
         drive_healthy: true,
-        order: match order {
-            1 => Some(Order::Request(Request::Arm)),
-            2 => Some(Order::Play(Experiment::Sine {
-                amplitude_nm: 0.035,
-                period_ticks: 10_000,
-            })),
-            3 => Some(Order::Request(Request::KeepAlive)),
-            _ => None,
-        },
         ..Input::default()
     };
     let output = bench.controller.step(&bench.config, &input);

@@ -29,10 +29,12 @@ pub fn on_the_host(records: &[Record], counts: &[u32]) -> Vec<Record> {
             // Only so that it does not time out; when they come makes no difference.
             (i % 500 == 0).then_some(Order::Request(Request::KeepAlive))
         };
+        if let Some(order) = order {
+            controller.obey(&config, &order);
+        }
         let input = Input {
             raw,
             drive_healthy: true,
-            order,
             ..Input::default()
         };
         controller.step(&config, &input).record

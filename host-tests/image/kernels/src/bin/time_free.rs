@@ -22,7 +22,7 @@ static mut PROGRAM: Option<Program> = None;
 #[inline(never)]
 pub extern "C" fn kernel_setup() -> u32 {
     let program = BENCH.build(1e-4, 1).ok().map(|config| Program {
-        observer: config.tick.time_free,
+        observer: config.tick.time_free(),
         state: time_free::State::default(),
     });
     let well = program.is_some();
