@@ -16,8 +16,8 @@ use crate::trace::{
 pub enum Order {
     /// Of the supervisor.
     Request(Request),
-    /// Plays a signal from its beginning, if armed.
-    Play(Experiment<f32>),
+    /// Plays a signal, if armed. What plays it was made outside the tick, which has no time for divisions.
+    Play(Player<f32>),
 }
 
 /// What the hardware says at a tick.
@@ -156,9 +156,9 @@ impl Controller {
                     self.end_experiment(config);
                 }
             }
-            Order::Play(experiment) => {
+            Order::Play(player) => {
                 if self.supervisor.may_start() {
-                    self.player = Player::new(experiment, config.tick_s);
+                    self.player = player;
                     self.playing = true;
                     self.state.begin_experiment();
                 }
@@ -206,10 +206,11 @@ mod tests {
     }
 
     fn sine(amplitude_nm: f32) -> Order {
-        Order::Play(Experiment::Sine {
+        let experiment = Experiment::Sine {
             amplitude_nm,
             period_ticks: 10_000,
-        })
+        };
+        Order::Play(Player::new(experiment, TICK_S))
     }
 
     /// Armed at tick 200 with the axis at rest.

@@ -96,6 +96,8 @@ pub struct Player<T> {
     step: u32,
     bits: u16,
     level: T,
+    /// One over the ticks of a period, for the experiments that have one.
+    per_period: T,
 }
 
 /// Seed of the shift register of [`Experiment::Prbs`]; any value but zero gives the same sequence, shifted.
@@ -108,7 +110,15 @@ impl<T: Real> Player<T> {
             Experiment::SpeedLadder { top_rad_s, .. } => top_rad_s,
             _ => T::ZERO,
         };
+        let period_ticks = match experiment {
+            Experiment::Sine { period_ticks, .. }
+            | Experiment::PulseThenOscillation { period_ticks, .. }
+            | Experiment::Reversals { period_ticks, .. }
+            | Experiment::DahlRamp { period_ticks, .. } => period_ticks,
+            _ => 1,
+        };
         Self {
+            per_period: T::ONE / T::of_ticks(period_ticks.max(1)),
             experiment,
             tick_s,
             phase: 0,
@@ -124,7 +134,7 @@ impl<T: Real> Player<T> {
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
-            } => Reference::Torque(amplitude_nm * sine(self.advance(period_ticks), period_ticks).0),
+            } => Reference::Torque(amplitude_nm * self.sine(period_ticks).0),
             Experiment::PulseThenOscillation {
                 pulse_nm,
                 pulse_ticks,
@@ -137,13 +147,13 @@ impl<T: Real> Player<T> {
                     self.advance(pulse_ticks);
                     torque
                 }
-                _ => mean_nm + amplitude_nm * sine(self.advance(period_ticks), period_ticks).0,
+                _ => mean_nm + amplitude_nm * self.sine(period_ticks).0,
             }),
             Experiment::Reversals {
                 amplitude_rad,
                 period_ticks,
             } => {
-                let (sin, cos) = sine::<T>(self.advance(period_ticks), period_ticks);
+                let (sin, cos) = self.sine(period_ticks);
                 let rate = T::of(core::f64::consts::TAU) / self.seconds(period_ticks);
                 Reference::Position {
                     position_rad: amplitude_rad * sin,
@@ -178,7 +188,7 @@ impl<T: Real> Player<T> {
                 amplitude_rad,
                 period_ticks,
             } => {
-                let x = T::of_ticks(self.advance(period_ticks)) / T::of_ticks(period_ticks);
+                let x = T::of_ticks(self.advance(period_ticks)) * self.per_period;
                 let four = T::of(4.0);
                 let speed = four * amplitude_rad / self.seconds(period_ticks);
                 let (position_rad, velocity_rad_s) = if x < T::of(0.25) {
@@ -215,6 +225,14 @@ impl<T: Real> Player<T> {
         T::of_ticks(ticks) * self.tick_s
     }
 
+    /// Sine and cosine at this tick's phase of a period, and on to the next.
+    #[inline(always)]
+    fn sine(&mut self, period_ticks: u32) -> (T, T) {
+        // A product: a division would take ten times as long.
+        let turns = T::of_ticks(self.advance(period_ticks)) * self.per_period;
+        (sine_of_turns(turns), sine_of_turns(turns + T::of(0.25)))
+    }
+
     /// The phase of this tick within a stretch of so many, and on to the next; a finished stretch counts a step.
     fn advance(&mut self, ticks: u32) -> u32 {
         let phase = self.phase;
@@ -227,12 +245,6 @@ impl<T: Real> Player<T> {
     }
 }
 
-/// Sine and cosine at a phase of a period.
-#[inline(always)]
-fn sine<T: Real>(phase: u32, period: u32) -> (T, T) {
-    let turns = T::of_ticks(phase) / T::of_ticks(period.max(1));
-    (sine_of_turns(turns), sine_of_turns(turns + T::of(0.25)))
-}
 
 /// Sine of an angle in whole turns, zero or more: exact at every quarter, and elsewhere within 1.5e-11 of the sine, or
 /// 1.5e-7 in f32.
@@ -240,16 +252,11 @@ fn sine<T: Real>(phase: u32, period: u32) -> (T, T) {
 /// A polynomial and not the library's sine, which works in f64 inside: in the interrupt that would be emulated.
 #[inline]
 pub fn sine_of_turns<T: Real>(turns: T) -> T {
-    let turn = turns - T::of_count(turns.to_index() as i32);
-    // The rising half wave and the falling one, which mirrors it, of two half turns.
-    let half_turns = turn + turn;
-    let x = if half_turns <= T::of(0.5) {
-        half_turns
-    } else if half_turns < T::of(1.5) {
-        T::ONE - half_turns
-    } else {
-        half_turns - T::of(2.0)
-    };
+    let half_turns = turns + turns;
+    // From the nearest whole half turn: a rising wave at even ones, at odd ones a falling one, which mirrors it.
+    let nearest = (half_turns + T::of(0.5)).to_index();
+    let beyond = half_turns - T::of_count(nearest as i32);
+    let x = if nearest & 1 == 0 { beyond } else { -beyond };
     let square = x * x;
     let mut q = T::ZERO;
     for &c in HALF_SINE.iter().rev() {

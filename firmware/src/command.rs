@@ -5,6 +5,7 @@
 
 use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply, is_playable};
 use bristle_core::controller::Order;
+use bristle_core::experiment::Player;
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::Request;
@@ -75,7 +76,9 @@ impl Commands {
             Command::Disarm => Order::Request(Request::Disarm),
             Command::Stop => Order::Request(Request::Stop),
             Command::ClearFault => Order::Request(Request::ClearFault),
-            Command::Play(experiment) if is_playable(&experiment) => Order::Play(experiment),
+            Command::Play(experiment) if is_playable(&experiment) => {
+                Order::Play(Player::new(experiment, timing::TICK_S))
+            }
             Command::Play(_) => return Reply::Malformed,
             Command::Set(changes) => return self.set(&changes).await,
             Command::Get(parameter) => {

@@ -14,14 +14,10 @@ use bristle_core::controller::{Controller, Order};
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
 
-/// The tick's end of the sample queue, and the other one.
-pub type SampleIn = Putter<Record, QUEUE_SAMPLES>;
-/// See [`SampleIn`].
+/// The trace's end of the sample queue.
 pub type SampleOut = Taker<Record, QUEUE_SAMPLES>;
-/// The command task's end of the order queue, and the tick's.
+/// The command task's end of the order queue.
 pub type OrderIn = Putter<Order, QUEUE_ORDERS>;
-/// See [`OrderIn`].
-pub type OrderOut = Taker<Order, QUEUE_ORDERS>;
 
 /// A place that one context at a time reaches.
 pub struct Place<T>(UnsafeCell<MaybeUninit<T>>);
@@ -61,46 +57,94 @@ impl<T> Place<T> {
     }
 }
 
-/// The tick's side.
+/// What only the tick reaches.
 pub struct TickSide {
     /// Everything that a tick changes.
     pub controller: Controller,
-    /// Samples out.
-    pub samples: SampleIn,
-    /// Orders in.
-    pub orders: OrderOut,
-    /// The sample before found the queue full.
-    pub overrun: bool,
-    /// The tick before was late, lost or too long.
-    pub late: bool,
     /// Count of core cycles at the last entry.
     pub entered: u32,
-    /// Ticks until the tasks are woken.
+    /// Ticks until the tasks are woken, or told how the controller counts.
     pub ticks_to_wake: u32,
+    /// They are woken then, and not told.
+    pub wakes: bool,
+    /// The sample before found the queue full.
+    pub overrun: bool,
+    /// The tick before was still running when this one was due.
+    pub late: bool,
 }
 
-/// The tick's state; only the handler reaches it once it runs.
-#[unsafe(link_section = ".ccm.bss.tick")]
-pub static TICK: Place<TickSide> = Place::empty();
+/// How the ticks went; read by tasks and debuggers.
+#[repr(C)]
+pub struct Stats {
+    /// Ticks since boot.
+    pub ticks: AtomicU32,
+    /// Cycles from timer to handler, of the last tick.
+    pub latency_cycles: AtomicU32,
+    /// The most so far.
+    pub most_latency_cycles: AtomicU32,
+    /// Cycles of the handler, of the last tick.
+    pub run_cycles: AtomicU32,
+    /// The most so far.
+    pub most_run_cycles: AtomicU32,
+    /// Samples that found the queue full.
+    pub queue_overruns: AtomicU32,
+    /// Samples rejected by the encoder.
+    pub rejected_encoder: AtomicU32,
+    /// Samples rejected by the Luenberger-like observer.
+    pub rejected_luenberger: AtomicU32,
+    /// Samples rejected by the time-free observer.
+    pub rejected_time_free: AtomicU32,
+    /// Requests refused by the supervisor.
+    pub requests_refused: AtomicU32,
+}
+
+/// All that the tick touches besides registers and parameters. One place, so that one address in a core register
+/// reaches it all, and the largest part last.
+#[repr(C)]
+pub struct Shared {
+    /// Only the handler reaches it once it runs.
+    pub side: Place<TickSide>,
+    /// Parameters that the tick runs on. Written by the tick.
+    ///
+    /// A pointer and not the slot's number: from a number the compiler selects the address of every field anew.
+    active: AtomicPtr<Config>,
+    /// Parameters that it shall run on. Written outside.
+    next: AtomicPtr<Config>,
+    /// How the ticks went.
+    pub stats: Stats,
+    /// The tick takes.
+    pub orders: Ring<Order, QUEUE_ORDERS>,
+    /// The tick puts.
+    pub samples: Ring<Record, QUEUE_SAMPLES>,
+}
+
+/// All zeros before [`init`], as the memory is then.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".ccm.bss.shared")]
+pub static SHARED: Shared = Shared {
+    side: Place::empty(),
+    active: AtomicPtr::new(core::ptr::null_mut()),
+    next: AtomicPtr::new(core::ptr::null_mut()),
+    stats: Stats {
+        ticks: AtomicU32::new(0),
+        latency_cycles: AtomicU32::new(0),
+        most_latency_cycles: AtomicU32::new(0),
+        run_cycles: AtomicU32::new(0),
+        most_run_cycles: AtomicU32::new(0),
+        queue_overruns: AtomicU32::new(0),
+        rejected_encoder: AtomicU32::new(0),
+        rejected_luenberger: AtomicU32::new(0),
+        rejected_time_free: AtomicU32::new(0),
+        requests_refused: AtomicU32::new(0),
+    },
+    orders: Ring::new(),
+    samples: Ring::new(),
+};
 
 #[unsafe(link_section = ".ccm.bss.config")]
 static CONFIGS: [Place<Config>; 2] = [Place::empty(), Place::empty()];
 
-/// Parameters that the tick runs on. Written by the tick.
-///
-/// A pointer and not the slot's number: from a number the compiler selects the address of every field anew.
-static ACTIVE: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
-/// Parameters that it shall run on. Written outside.
-static NEXT: AtomicPtr<Config> = AtomicPtr::new(core::ptr::null_mut());
-
-static SAMPLES: Ring<Record, QUEUE_SAMPLES> = Ring::new();
-static ORDERS: Ring<Order, QUEUE_ORDERS> = Ring::new();
-
-/// Samples that found the queue full.
-#[unsafe(no_mangle)]
-pub static QUEUE_OVERRUNS: AtomicU32 = AtomicU32::new(0);
-
-/// The ends of the queues outside of the tick.
+/// Ends of the queues outside of the tick.
 pub struct Ends {
     /// Samples out.
     pub samples: SampleOut,
@@ -116,22 +160,21 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
         CONFIGS[0].fill(config);
-        NEXT.store(CONFIGS[0].pointer(), Ordering::Relaxed);
-        ACTIVE.store(CONFIGS[0].pointer(), Ordering::Relaxed);
-        let (samples_in, samples_out) = SAMPLES.split();
-        let (orders_in, orders_out) = ORDERS.split();
-        TICK.fill(TickSide {
+        SHARED.next.store(CONFIGS[0].pointer(), Ordering::Relaxed);
+        SHARED
+            .active
+            .store(CONFIGS[0].pointer(), Ordering::Relaxed);
+        SHARED.side.fill(TickSide {
             controller,
-            samples: samples_in,
-            orders: orders_out,
+            entered: 0,
+            ticks_to_wake: TICKS_PER_WAKE / 2,
+            wakes: true,
             overrun: false,
             late: false,
-            entered: 0,
-            ticks_to_wake: TICKS_PER_WAKE,
         });
         Ends {
-            samples: samples_out,
-            orders: orders_in,
+            samples: SHARED.samples.taker(),
+            orders: SHARED.orders.putter(),
         }
     }
 }
@@ -142,13 +185,13 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
 /// Only for the tick, once at its start.
 #[inline(always)]
 pub unsafe fn config() -> (&'static Config, bool) {
-    let next = NEXT.load(Ordering::Relaxed);
+    let next = SHARED.next.load(Ordering::Relaxed);
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
-    let changed = next != ACTIVE.load(Ordering::Relaxed);
+    let changed = next != SHARED.active.load(Ordering::Relaxed);
     if changed {
         cold_path();
-        ACTIVE.store(next, Ordering::Relaxed);
+        SHARED.active.store(next, Ordering::Relaxed);
     }
     // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
     // been active.
@@ -157,7 +200,7 @@ pub unsafe fn config() -> (&'static Config, bool) {
 
 /// True while the tick has not yet taken over the parameters offered last.
 pub fn offer_is_pending() -> bool {
-    NEXT.load(Ordering::Relaxed) != ACTIVE.load(Ordering::Relaxed)
+    SHARED.next.load(Ordering::Relaxed) != SHARED.active.load(Ordering::Relaxed)
 }
 
 /// Offers parameters to the tick; false while an offer is pending. Only for the command task.
@@ -166,14 +209,14 @@ pub fn offer(config: &Config) -> bool {
         return false;
     }
     let [first, second] = &CONFIGS;
-    let free = if NEXT.load(Ordering::Relaxed) == first.pointer() {
+    let free = if SHARED.next.load(Ordering::Relaxed) == first.pointer() {
         second
     } else {
         first
     };
-    // SAFETY: the tick runs on the other slot, and will until `NEXT` names this one.
+    // SAFETY: the tick runs on the other slot, and will until `next` names this one.
     unsafe { free.fill(*config) };
     compiler_fence(Ordering::SeqCst);
-    NEXT.store(free.pointer(), Ordering::Relaxed);
+    SHARED.next.store(free.pointer(), Ordering::Relaxed);
     true
 }

@@ -20,7 +20,7 @@ pub struct Ring<T, const N: usize> {
     items: UnsafeCell<[MaybeUninit<T>; N]>,
 }
 
-// SAFETY: `put` and `taken` keep the two sides on different items; there is one of each, see `split`.
+// SAFETY: `put` and `taken` keep the two sides on different items; only one context is on each.
 unsafe impl<T: Send, const N: usize> Sync for Ring<T, N> {}
 
 impl<T: Copy, const N: usize> Ring<T, N> {
@@ -38,12 +38,20 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         }
     }
 
-    /// The two sides.
+    /// The side that puts.
     ///
     /// # Safety
-    /// Called once.
-    pub unsafe fn split(&'static self) -> (Putter<T, N>, Taker<T, N>) {
-        (Putter(self), Taker(self))
+    /// Only one context puts.
+    pub unsafe fn putter(&'static self) -> Putter<T, N> {
+        Putter(self)
+    }
+
+    /// The side that takes.
+    ///
+    /// # Safety
+    /// Only one context takes.
+    pub unsafe fn taker(&'static self) -> Taker<T, N> {
+        Taker(self)
     }
 
     #[inline(always)]
@@ -51,6 +59,45 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         let index = (number & Self::MASK) as usize;
         // SAFETY: the mask keeps the index below N.
         unsafe { self.items.get().cast::<T>().add(index) }
+    }
+
+    /// Puts an item; false if there is no room.
+    ///
+    /// # Safety
+    /// Only one context puts.
+    #[inline(always)]
+    pub unsafe fn put(&self, item: T) -> bool {
+        let put = self.put.load(Ordering::Relaxed);
+        if put.wrapping_sub(self.taken.load(Ordering::Relaxed)) > Self::MASK {
+            cold_path();
+            return false;
+        }
+        compiler_fence(Ordering::Acquire);
+        // SAFETY: the taker does not look here before `put` says so.
+        unsafe { self.place(put).write(item) };
+        compiler_fence(Ordering::Release);
+        self.put.store(put.wrapping_add(1), Ordering::Relaxed);
+        true
+    }
+
+    /// Shows the oldest item in its place, and takes it; false if there is none.
+    ///
+    /// # Safety
+    /// Only one context takes.
+    #[inline(always)]
+    pub unsafe fn take_with(&self, look: impl FnOnce(&T)) -> bool {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if taken == self.put.load(Ordering::Relaxed) {
+            return false;
+        }
+        cold_path();
+        compiler_fence(Ordering::Acquire);
+        // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so, by when
+        // the reference has ended.
+        look(unsafe { &*self.place(taken) });
+        compiler_fence(Ordering::Release);
+        self.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
+        true
     }
 }
 
@@ -61,19 +108,8 @@ impl<T: Copy, const N: usize> Putter<T, N> {
     /// Puts an item; false if there is no room.
     #[inline(always)]
     pub fn put(&mut self, item: T) -> bool {
-        // Its own copy of the reference: a fence makes the compiler load `self.0` again.
-        let ring = self.0;
-        let put = ring.put.load(Ordering::Relaxed);
-        if put.wrapping_sub(ring.taken.load(Ordering::Relaxed)) > Ring::<T, N>::MASK {
-            cold_path();
-            return false;
-        }
-        compiler_fence(Ordering::Acquire);
-        // SAFETY: the taker does not look here before `put` says so.
-        unsafe { ring.place(put).write(item) };
-        compiler_fence(Ordering::Release);
-        ring.put.store(put.wrapping_add(1), Ordering::Relaxed);
-        true
+        // SAFETY: who made this says so.
+        unsafe { self.0.put(item) }
     }
 }
 
@@ -84,33 +120,9 @@ impl<T: Copy, const N: usize> Taker<T, N> {
     /// The oldest item.
     #[inline(always)]
     pub fn take(&mut self) -> Option<T> {
-        let ring = self.0;
-        let taken = ring.taken.load(Ordering::Relaxed);
-        if taken == ring.put.load(Ordering::Relaxed) {
-            return None;
-        }
-        compiler_fence(Ordering::Acquire);
-        // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so.
-        let item = unsafe { ring.place(taken).read() };
-        compiler_fence(Ordering::Release);
-        ring.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
-        Some(item)
-    }
-
-    /// Shows the oldest item in its place, then takes it; false if there is none.
-    #[inline(always)]
-    pub fn take_with(&mut self, look: impl FnOnce(&T)) -> bool {
-        let ring = self.0;
-        let taken = ring.taken.load(Ordering::Relaxed);
-        if taken == ring.put.load(Ordering::Relaxed) {
-            return false;
-        }
-        cold_path();
-        compiler_fence(Ordering::Acquire);
-        // SAFETY: as in `take`; the reference ends before `taken` says that the place is free.
-        look(unsafe { &*ring.place(taken) });
-        compiler_fence(Ordering::Release);
-        ring.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
-        true
+        let mut taken = None;
+        // SAFETY: who made this says so.
+        unsafe { self.0.take_with(|item| taken = Some(*item)) };
+        taken
     }
 }

@@ -9,8 +9,7 @@ use critical_section::Mutex;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{IWDG, RCC};
 
-use crate::tick::TICK_STATS;
-use crate::{board, output, timing};
+use crate::{board, exchange, output, timing};
 
 /// True if the last reset was the watchdog's; forgets it.
 pub fn take_watchdog_reset() -> bool {
@@ -34,7 +33,7 @@ static TICKS_FED: Mutex<Cell<u32>> = Mutex::new(Cell::new(0));
 
 /// Feeds the watchdog if the tick has advanced. Called by the interrupt that the tick pends.
 pub fn feed_watchdog() {
-    let ticks = TICK_STATS.ticks.load(Ordering::Relaxed);
+    let ticks = exchange::SHARED.stats.ticks.load(Ordering::Relaxed);
     let before = critical_section::with(|cs| TICKS_FED.borrow(cs).replace(ticks));
     if ticks != before {
         IWDG.kr().write(|w| w.set_key(Key::RESET));

@@ -11,48 +11,10 @@
 use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use bristle_core::controller::Input;
+use bristle_core::controller::{Controller, Input};
 
-use crate::exchange::{self, QUEUE_OVERRUNS};
+use crate::exchange::{self, SHARED};
 use crate::{board, output, timing};
-
-/// How the ticks went; read by tasks and debuggers.
-#[repr(C)]
-pub struct Stats {
-    /// Ticks since boot.
-    pub ticks: AtomicU32,
-    /// Cycles from timer to handler, of the last tick.
-    pub latency_cycles: AtomicU32,
-    /// The most so far.
-    pub most_latency_cycles: AtomicU32,
-    /// Cycles of the handler, of the last tick.
-    pub run_cycles: AtomicU32,
-    /// The most so far.
-    pub most_run_cycles: AtomicU32,
-    /// Samples rejected by the encoder.
-    pub rejected_encoder: AtomicU32,
-    /// Samples rejected by the Luenberger-like observer.
-    pub rejected_luenberger: AtomicU32,
-    /// Samples rejected by the time-free observer.
-    pub rejected_time_free: AtomicU32,
-    /// Requests refused by the supervisor.
-    pub requests_refused: AtomicU32,
-}
-
-/// See [`Stats`].
-#[unsafe(no_mangle)]
-#[unsafe(link_section = ".ccm.bss.stats")]
-pub static TICK_STATS: Stats = Stats {
-    ticks: AtomicU32::new(0),
-    latency_cycles: AtomicU32::new(0),
-    most_latency_cycles: AtomicU32::new(0),
-    run_cycles: AtomicU32::new(0),
-    most_run_cycles: AtomicU32::new(0),
-    rejected_encoder: AtomicU32::new(0),
-    rejected_luenberger: AtomicU32::new(0),
-    rejected_time_free: AtomicU32::new(0),
-    requests_refused: AtomicU32::new(0),
-};
 
 /// The handler; the vector table knows it by this name.
 #[unsafe(no_mangle)]
@@ -62,58 +24,73 @@ unsafe extern "C" fn TIM7_DAC() {
     let entered = board::cycles();
     board::acknowledge_tick();
     let reading = board::read_encoder();
+    let stats = &SHARED.stats;
     // SAFETY: filled before the interrupt was enabled, and only this handler reaches it.
-    let side = unsafe { exchange::TICK.get() };
+    let side = unsafe { SHARED.side.get() };
+    let mut late = side.late;
+    if entered.wrapping_sub(side.entered) > timing::LOST_CYCLES || latency > timing::LATE_CYCLES {
+        cold_path();
+        late = true;
+    }
+    side.entered = entered;
+    stats.latency_cycles.store(latency, Ordering::Relaxed);
+    raise(&stats.most_latency_cycles, latency);
     // SAFETY: this is the tick, and the only call.
     let (config, changed) = unsafe { exchange::config() };
-    let lost = entered.wrapping_sub(side.entered) > timing::LOST_CYCLES;
-    let input = Input {
-        raw: reading.count,
-        index: reading.index,
-        illegal: reading.illegal,
-        drive_healthy: board::drive_is_healthy(),
-        late: side.late | lost | (latency > timing::LATE_CYCLES),
-        overrun: side.overrun,
-    };
     let controller = &mut side.controller;
     if changed {
         cold_path();
         controller.take_over(config);
     }
-    side.orders.take_with(|order| controller.obey(config, order));
-    let out = side.controller.step(config, &input);
+    // SAFETY: only the tick takes.
+    unsafe {
+        SHARED
+            .orders
+            .take_with(|order| controller.obey(config, order))
+    };
+    let input = Input {
+        raw: reading.count,
+        index: reading.index,
+        illegal: reading.illegal,
+        drive_healthy: board::drive_is_healthy(),
+        late,
+        overrun: side.overrun,
+    };
+    let out = controller.step(config, &input);
     output::write(output::code(out.torque_nm, config.deflection_1_nm));
     board::set_drive_enable(out.drive_enabled);
-    side.overrun = !side.samples.put(out.record);
+    // SAFETY: only the tick puts.
+    side.overrun = !unsafe { SHARED.samples.put(out.record) };
     if side.overrun {
         cold_path();
-        count(&QUEUE_OVERRUNS);
+        count(&stats.queue_overruns);
     }
-    side.entered = entered;
-    TICK_STATS
+    stats
         .ticks
         .store(out.record.tick.wrapping_add(1), Ordering::Relaxed);
-    TICK_STATS.latency_cycles.store(latency, Ordering::Relaxed);
-    raise(&TICK_STATS.most_latency_cycles, latency);
     // What need not be done every tick is spread, so that the longest tick is short.
     side.ticks_to_wake -= 1;
-    if side.ticks_to_wake == timing::TICKS_PER_WAKE / 2 {
-        report(side);
-    } else if side.ticks_to_wake == 0 {
-        side.ticks_to_wake = timing::TICKS_PER_WAKE;
-        board::wake_tasks();
+    if side.ticks_to_wake == 0 {
+        cold_path();
+        side.ticks_to_wake = timing::TICKS_PER_WAKE / 2;
+        side.wakes = !side.wakes;
+        if side.wakes {
+            board::wake_tasks();
+        } else {
+            report(controller);
+        }
     }
-    let run = board::cycles().wrapping_sub(entered);
-    TICK_STATS.run_cycles.store(run, Ordering::Relaxed);
-    raise(&TICK_STATS.most_run_cycles, run);
+    let run = board::cycles().wrapping_sub(side.entered);
+    stats.run_cycles.store(run, Ordering::Relaxed);
+    raise(&stats.most_run_cycles, run);
     side.late = board::next_tick_is_due();
 }
 
 /// Counters of the controller, for those outside who may not reach it.
 #[inline(always)]
-fn report(side: &exchange::TickSide) {
-    let stats = &TICK_STATS;
-    let [encoder, luenberger, time_free] = side.controller.rejected();
+fn report(controller: &Controller) {
+    let stats = &SHARED.stats;
+    let [encoder, luenberger, time_free] = controller.rejected();
     stats.rejected_encoder.store(encoder, Ordering::Relaxed);
     stats
         .rejected_luenberger
@@ -121,7 +98,7 @@ fn report(side: &exchange::TickSide) {
     stats.rejected_time_free.store(time_free, Ordering::Relaxed);
     stats
         .requests_refused
-        .store(side.controller.supervisor().refused(), Ordering::Relaxed);
+        .store(controller.supervisor().refused(), Ordering::Relaxed);
 }
 
 /// Adds one; nobody else writes, so that no exclusive access is needed.

@@ -14,7 +14,6 @@ use critical_section::Mutex;
 
 use crate::log::LOG_FRAMES_DROPPED;
 use crate::rtt::Up;
-use crate::tick::TICK_STATS;
 use crate::{exchange, timing};
 
 /// Most frames in one run, so that a run has an end: 128 samples, when 10 have come since the last one.
@@ -103,13 +102,13 @@ impl Trace {
 
     fn report(&self) -> Report {
         let of = |counter: &AtomicU32| counter.load(Ordering::Relaxed);
-        let stats = &TICK_STATS;
+        let stats = &exchange::SHARED.stats;
         Report {
             protocol_version: PROTOCOL_VERSION,
             tick: of(&stats.ticks),
             status: self.last.status,
             parameter_version: of(&PARAMETER_VERSION),
-            queue_overruns: of(&exchange::QUEUE_OVERRUNS),
+            queue_overruns: of(&stats.queue_overruns),
             frames_dropped: of(&FRAMES_DROPPED),
             log_frames_dropped: of(&LOG_FRAMES_DROPPED),
             rejected: [

@@ -357,7 +357,7 @@ fn controller(sink: Sink<'_>) {
         for k in 0..STEPS {
             let order = match k {
                 200 | 3200 => Some(Order::Request(Request::Arm)),
-                201 | 3201 => Some(Order::Play(experiment)),
+                201 | 3201 => Some(Order::Play(Player::new(experiment, T))),
                 3100 => Some(Order::Request(Request::ClearFault)),
                 _ if k % 500 == 0 => Some(Order::Request(Request::KeepAlive)),
                 _ => None,

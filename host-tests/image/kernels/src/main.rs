@@ -8,7 +8,7 @@
 mod ring;
 
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Experiment, Player};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::observer::reduced_order::{self, System};
@@ -87,7 +87,7 @@ fn build() -> Option<Bench> {
     };
     let fixed = ElastoPlasticFixed::new(&exact.ok()?, &scaling).ok()?;
     // SAFETY: earlier ends are gone when this one is built.
-    let (samples_in, samples_out) = unsafe { SAMPLES.split() };
+    let (samples_in, samples_out) = unsafe { (SAMPLES.putter(), SAMPLES.taker()) };
     Some(Bench {
         samples_in,
         samples_out,
@@ -200,7 +200,7 @@ pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     };
     let order = match order {
         1 => Some(Order::Request(Request::Arm)),
-        2 => Some(Order::Play(sine)),
+        2 => Some(Order::Play(Player::new(sine, TICK_S))),
         3 => Some(Order::Request(Request::KeepAlive)),
         _ => None,
     };
