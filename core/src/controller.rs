@@ -5,10 +5,10 @@ use core::hint::cold_path;
 
 use crate::experiment::{Experiment, Player};
 use crate::parameters::Config;
-use crate::supervisor::{Observation, Request, State, Supervisor};
+use crate::supervisor::{Alarms, Observation, Request, State, Supervisor};
 use crate::tick;
 use crate::trace::{
-    FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN, Record, Status,
+    FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status,
 };
 
 /// What a command asks of the tick.
@@ -27,14 +27,8 @@ pub struct Input {
     pub raw: u32,
     /// The counter at an index edge since the last tick.
     pub index: Option<u32>,
-    /// Both encoder inputs changed at once.
-    pub illegal: bool,
-    /// The drive says it is well.
-    pub drive_healthy: bool,
-    /// The tick before this was late, lost or too long.
-    pub late: bool,
-    /// The sample before this found the queue full.
-    pub overrun: bool,
+    /// What speaks against the tick: illegal transition, unwell drive, lateness.
+    pub alarms: Alarms,
 }
 
 /// What a tick puts out.
@@ -92,9 +86,13 @@ impl Controller {
     }
 
     /// One tick.
-    #[inline]
+    #[inline(always)]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
-        let rejected = self.state.encoder.rejected;
+        let mut alarms = input.alarms;
+        if let Some(index) = input.index {
+            let fits = self.supervisor.index_fits(&config.limits, index);
+            alarms = alarms.and(Alarms::INDEX.when(!fits));
+        }
         let sample = config
             .tick
             .decide(&mut self.state, input.raw, &mut self.player);
@@ -104,29 +102,23 @@ impl Controller {
             // Finite only if both are.
             z_rad: sample.luenberger.z_rad + sample.time_free_z_rad,
             step_counts: sample.step_counts,
-            step_rejected: self.state.encoder.rejected != rejected,
-            index: input.index,
-            illegal: input.illegal,
-            drive_healthy: input.drive_healthy,
-            late: input.late,
+            alarms: alarms.and(Alarms::REJECTED.when(sample.rejected)),
         };
-        let verdict = self
-            .supervisor
-            .usual(&config.limits, &seen)
-            .unwrap_or_else(|| {
-                cold_path();
-                let verdict = self.supervisor.unusual(&config.limits, &seen);
-                if verdict.state != State::Armed {
-                    self.end_experiment(config);
-                }
-                verdict
-            });
+        let verdict = if let Some(verdict) = self.supervisor.usual(&config.limits, &seen) {
+            verdict
+        } else {
+            cold_path();
+            let verdict = self.supervisor.unusual(&config.limits, &seen);
+            if verdict.state != State::Armed {
+                self.end_experiment(config);
+            }
+            verdict
+        };
         self.state.put_out(verdict.torque_nm);
-        let flag = |on: bool, flag: u8| if on { flag } else { 0 };
+        let flag = |on: bool, flag: u8| u8::from(on) * flag;
         let flags = flag(self.playing, FLAG_EXPERIMENT)
             | flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
-            | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
-            | flag(input.overrun, FLAG_OVERRUN);
+            | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN);
         let record = Record {
             tick: self.tick,
             counts: input.raw.cast_signed(),
@@ -147,18 +139,18 @@ impl Controller {
 
 impl Controller {
     /// Takes an order, before the step of the tick that follows it.
-    #[inline]
+    #[inline(always)]
     pub fn obey(&mut self, config: &Config, order: &Order) {
-        match *order {
+        match order {
             Order::Request(request) => {
-                self.supervisor.ask(request);
-                if request == Request::Stop {
+                self.supervisor.ask(*request);
+                if *request == Request::Stop {
                     self.end_experiment(config);
                 }
             }
             Order::Play(player) => {
                 if self.supervisor.may_start() {
-                    self.player = player;
+                    self.player = *player;
                     self.playing = true;
                     self.state.begin_experiment();
                 }
@@ -194,7 +186,6 @@ mod tests {
     fn well(raw: u32) -> Input {
         Input {
             raw,
-            drive_healthy: true,
             ..Input::default()
         }
     }

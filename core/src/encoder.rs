@@ -68,7 +68,8 @@ impl Encoder {
         let step = raw.wrapping_sub(state.last).cast_signed();
         state.last = raw;
         let mut counts = state.counts_in_turn.wrapping_add(step);
-        if step.unsigned_abs() > self.largest_step {
+        // Both bounds with one comparison.
+        if step.cast_unsigned().wrapping_add(self.largest_step) > 2 * self.largest_step {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
             return None;

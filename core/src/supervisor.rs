@@ -6,6 +6,10 @@
 
 use core::hint::cold_path;
 
+mod index;
+
+use index::Index;
+
 use crate::error::{ParameterError, not_negative, positive, require};
 
 macro_rules! codes {
@@ -168,6 +172,41 @@ pub enum Request {
     KeepAlive,
 }
 
+/// What speaks against a tick, a bit each. One number, so that one look tells whether anything does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Alarms(u32);
+
+impl Alarms {
+    /// The encoder's timer saw both inputs change at once.
+    pub const ILLEGAL: Self = Self(1);
+    /// The drive does not say that it is well.
+    pub const UNWELL: Self = Self(2);
+    /// The tick before was late, lost or too long.
+    pub const LATE: Self = Self(4);
+    /// The index does not fit the counts.
+    pub const INDEX: Self = Self(8);
+    /// The step was too large to be motion.
+    pub const REJECTED: Self = Self(16);
+
+    /// These if `on`, otherwise none.
+    #[inline]
+    pub fn when(self, on: bool) -> Self {
+        Self(u32::from(on) * self.0)
+    }
+
+    /// Both.
+    #[inline]
+    pub fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Any of `other` is among these.
+    #[inline]
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
 /// What a tick saw.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observation {
@@ -179,16 +218,8 @@ pub struct Observation {
     pub z_rad: f32,
     /// Step since the last tick, counts.
     pub step_counts: i32,
-    /// The step was too large to be motion.
-    pub step_rejected: bool,
-    /// Count at an index edge since the last tick.
-    pub index: Option<u32>,
-    /// The encoder's timer saw both inputs change at once.
-    pub illegal: bool,
-    /// The drive says it is well.
-    pub drive_healthy: bool,
-    /// The tick before was late, lost or too long.
-    pub late: bool,
+    /// What speaks against the tick.
+    pub alarms: Alarms,
 }
 
 /// What may be put out.
@@ -218,9 +249,9 @@ pub struct Supervisor {
     /// At the next tick.
     ticks_silent: u32,
     ticks_stuck: u32,
-    index: Option<u32>,
+    index: Index,
     refused: u32,
-    asked: Option<Request>,
+    asked_to_arm: bool,
     /// Armed, and nothing stops or limits the torque.
     flows: bool,
 }
@@ -242,9 +273,9 @@ impl Supervisor {
             ticks_limited: 0,
             ticks_silent: 1,
             ticks_stuck: 0,
-            index: None,
+            index: Index::default(),
             refused: 0,
-            asked: None,
+            asked_to_arm: false,
             flows: false,
         }
     }
@@ -266,7 +297,7 @@ impl Supervisor {
 
     /// The encoder's index has been seen.
     pub fn index_seen(&self) -> bool {
-        self.index.is_some()
+        self.index.seen()
     }
 
     /// True if an experiment may begin in this tick.
@@ -275,14 +306,33 @@ impl Supervisor {
         self.state == State::Armed
     }
 
-    /// Takes a request, which the next step follows or counts as refused.
-    #[inline]
+    /// Follows a request, or counts it as refused, before the step of its tick.
+    #[inline(always)]
     pub fn ask(&mut self, request: Request) {
         self.ticks_silent = 0;
-        if request != Request::KeepAlive {
-            self.asked = Some(request);
-            self.flows = false;
+        match (request, self.state) {
+            // Only if the drive is well, which the step knows.
+            (Request::Arm, _) => self.asked_to_arm = true,
+            (Request::Disarm, State::Armed) => self.state = State::Idle,
+            (Request::Stop, State::Armed) => self.stopping = true,
+            (Request::Start, State::Armed) => self.stopping = false,
+            (Request::ClearFault, State::Fault) => {
+                self.state = State::Idle;
+                self.fault = Fault::None;
+                self.stopping = false;
+                self.index = Index::default();
+            }
+            (Request::KeepAlive | Request::Disarm, _) | (Request::Stop, State::Idle) => {}
+            _ => self.refuse(),
         }
+        self.settle();
+        self.flows &= !self.asked_to_arm;
+    }
+
+    /// Takes the count at an index edge, before the step of its tick; false if counts were lost or made.
+    #[inline]
+    pub fn index_fits(&mut self, limits: &Limits, index: u32) -> bool {
+        self.index.fits(limits, index)
     }
 
     /// One tick.
@@ -301,7 +351,7 @@ impl Supervisor {
     /// What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
     #[inline]
     pub(crate) fn usual(&mut self, limits: &Limits, seen: &Observation) -> Option<Verdict> {
-        if !self.flows | seen.illegal | seen.step_rejected | seen.late | !seen.drive_healthy {
+        if !self.flows || seen.alarms != Alarms::default() {
             cold_path();
             return None;
         }
@@ -320,8 +370,7 @@ impl Supervisor {
             && seen.velocity_rad_s.abs() <= limits.speed_rad_s
             && torque_nm.abs() <= limits.torque_nm
             && change_nm.abs() <= limits.slew_nm
-            && seen.z_rad.is_finite()
-            && self.index_fits(limits, seen.index);
+            && seen.z_rad.is_finite();
         if !usual {
             cold_path();
             return None;
@@ -338,12 +387,12 @@ impl Supervisor {
         })
     }
 
-    /// Any tick: requests, all the states, faults and limits.
-    #[inline]
+    /// Any tick: all the states, faults and limits.
+    #[inline(always)]
     pub(crate) fn unusual(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         let (torque_nm, drive_enabled, limit) = self.decide(limits, seen);
         self.ticks_silent = self.ticks_silent.saturating_add(1);
-        self.flows = self.state == State::Armed && !self.stopping && self.ticks_limited == 0;
+        self.settle();
         Verdict {
             torque_nm,
             drive_enabled,
@@ -354,11 +403,15 @@ impl Supervisor {
     }
 
     /// Torque, whether the drive is enabled, and what limits the torque.
-    #[inline]
+    #[inline(always)]
     fn decide(&mut self, limits: &Limits, seen: &Observation) -> (f32, bool, Limit) {
-        self.follow(seen.drive_healthy);
+        if self.asked_to_arm {
+            self.asked_to_arm = false;
+            self.arm(seen.alarms);
+        }
         if self.state == State::Boot {
             cold_path();
+            self.index = Index::default();
             self.ticks_in_boot += 1;
             if self.ticks_in_boot >= limits.boot_ticks {
                 self.state = State::Idle;
@@ -382,49 +435,45 @@ impl Supervisor {
         }
     }
 
-    /// Follows a request, or counts it as refused.
-    #[inline]
-    fn follow(&mut self, drive_healthy: bool) {
-        let Some(request) = self.asked.take() else {
+    /// Arms, if nothing speaks against it.
+    #[inline(always)]
+    fn arm(&mut self, alarms: Alarms) {
+        if self.state != State::Idle || alarms.has(Alarms::UNWELL) {
+            self.refuse();
             return;
-        };
-        match (request, self.state) {
-            (Request::Arm, State::Idle) if drive_healthy => {
-                self.state = State::Armed;
-                self.torque_nm = 0.0;
-                self.stopping = true;
-                self.ticks_limited = 0;
-                self.ticks_stuck = 0;
-            }
-            (Request::Disarm, State::Armed) => self.state = State::Idle,
-            (Request::Stop, State::Armed) => self.stopping = true,
-            (Request::Start, State::Armed) => self.stopping = false,
-            (Request::ClearFault, State::Fault) => {
-                self.state = State::Idle;
-                self.fault = Fault::None;
-                self.stopping = false;
-                self.index = None;
-            }
-            (Request::KeepAlive | Request::Disarm, _) | (Request::Stop, State::Idle) => {}
-            _ => self.refused = self.refused.saturating_add(1),
         }
+        self.state = State::Armed;
+        self.torque_nm = 0.0;
+        self.stopping = true;
+        self.ticks_limited = 0;
+        self.ticks_stuck = 0;
+    }
+
+    #[inline]
+    fn refuse(&mut self) {
+        self.refused = self.refused.saturating_add(1);
+    }
+
+    #[inline]
+    fn settle(&mut self) {
+        self.flows = self.state == State::Armed && !self.stopping && self.ticks_limited == 0;
     }
 
     /// The most serious thing wrong in this tick.
-    #[inline]
+    #[inline(always)]
     fn examine(&mut self, limits: &Limits, seen: &Observation) -> Fault {
         let armed = self.state == State::Armed;
-        let index_fits = self.index_fits(limits, seen.index);
+        let alarms = seen.alarms;
         // Finite only if all three are.
         let finite = (seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite();
         let stuck = self.stuck(limits, seen.step_counts);
         let speed_rad_s = seen.velocity_rad_s.abs();
         // In nearly every tick nothing is wrong; only otherwise is it asked what.
         let anything = !finite
-            || (seen.illegal | seen.step_rejected | seen.late | !index_fits)
+            || (alarms != Alarms::default() && alarms != Alarms::UNWELL)
             || speed_rad_s > limits.speed_rad_s
             || (armed
-                && (!seen.drive_healthy
+                && (alarms.has(Alarms::UNWELL)
                     || stuck
                     || self.ticks_limited >= limits.limit_ticks
                     || self.ticks_silent >= limits.command_ticks));
@@ -434,17 +483,17 @@ impl Supervisor {
         cold_path();
         if !finite {
             Fault::NotFinite
-        } else if armed && !seen.drive_healthy {
+        } else if armed && alarms.has(Alarms::UNWELL) {
             Fault::DriveFault
-        } else if seen.illegal {
+        } else if alarms.has(Alarms::ILLEGAL) {
             Fault::EncoderIllegal
-        } else if !index_fits {
+        } else if alarms.has(Alarms::INDEX) {
             Fault::IndexMismatch
-        } else if seen.step_rejected || speed_rad_s > limits.speed_rad_s {
+        } else if alarms.has(Alarms::REJECTED) || speed_rad_s > limits.speed_rad_s {
             Fault::Overspeed
         } else if armed && stuck {
             Fault::StuckEncoder
-        } else if seen.late {
+        } else if alarms.has(Alarms::LATE) {
             Fault::DeadlineMissed
         } else if armed && self.ticks_limited >= limits.limit_ticks {
             Fault::LimitTooLong
@@ -455,33 +504,8 @@ impl Supervisor {
         }
     }
 
-    /// Whether the index lies whole turns from the first one. The reference moves by whole turns only, so that slow
-    /// losses add up.
-    #[inline]
-    fn index_fits(&mut self, limits: &Limits, index: Option<u32>) -> bool {
-        let Some(index) = index else { return true };
-        let Some(reference) = self.index else {
-            self.index = Some(index);
-            return true;
-        };
-        let turn = limits.counts_per_turn;
-        let distance = index.wrapping_sub(reference).cast_signed();
-        let allowed = limits.index_counts.unsigned_abs();
-        // An index comes a turn after the one before, or is the same one again.
-        let off = nearest(distance, turn);
-        if off.unsigned_abs() <= allowed {
-            self.index = Some(index.wrapping_sub(off.cast_unsigned()));
-            return true;
-        }
-        // Off, or indices were missed: only here is a division needed.
-        cold_path();
-        let off = nearest(distance.wrapping_rem(turn.max(1)), turn);
-        self.index = Some(index.wrapping_sub(off.cast_unsigned()));
-        off.unsigned_abs() <= allowed
-    }
-
     /// Whether torque has been well above break-away for too long without a count.
-    #[inline]
+    #[inline(always)]
     fn stuck(&mut self, limits: &Limits, step_counts: i32) -> bool {
         if step_counts == 0 && self.torque_nm.abs() >= limits.stuck_nm {
             self.ticks_stuck = self.ticks_stuck.saturating_add(1);
@@ -491,7 +515,7 @@ impl Supervisor {
         self.ticks_stuck >= limits.stuck_ticks
     }
 
-    #[inline]
+    #[inline(always)]
     fn armed(&mut self, limits: &Limits, wanted_nm: f32) -> (f32, bool, Limit) {
         if self.stopping {
             cold_path();
@@ -521,7 +545,7 @@ impl Supervisor {
     }
 
     /// A step towards zero. A fault that has got there takes the drive away.
-    #[inline]
+    #[inline(always)]
     fn ramp(&mut self, limits: &Limits) -> (f32, bool, Limit) {
         let left = self.torque_nm.abs() - limits.ramp_nm;
         if left > 0.0 {
@@ -536,23 +560,10 @@ impl Supervisor {
         (self.torque_nm, true, Limit::Ramp)
     }
 
-    #[inline]
+    #[inline(always)]
     fn off(&mut self) -> (f32, bool, Limit) {
         self.torque_nm = 0.0;
         (0.0, false, Limit::Disarmed)
-    }
-}
-
-/// A distance of up to a turn and a half, less the nearest whole number of turns.
-#[inline]
-fn nearest(distance: i32, turn: i32) -> i32 {
-    let half = turn >> 1;
-    if distance > half {
-        distance.wrapping_sub(turn)
-    } else if distance < -half {
-        distance.wrapping_add(turn)
-    } else {
-        distance
     }
 }
 

@@ -134,6 +134,8 @@ pub struct Sample<T> {
     pub counts_in_turn: i32,
     /// Step since the last tick in counts; zero if it was rejected.
     pub step_counts: i32,
+    /// The step was too large to be motion.
+    pub rejected: bool,
     /// The Luenberger-like observer's estimate.
     pub luenberger: Estimate<T>,
     /// The time-free observer's deflection, rad.
@@ -202,12 +204,12 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         let torque_nm = self
             .torque_path
             .step(&mut state.torque_path, state.reference_nm);
-        let step_counts = match self.encoder.update(&mut state.encoder, raw) {
+        let (step_counts, rejected) = match self.encoder.update(&mut state.encoder, raw) {
             Some(step) => {
                 self.observe(state, step, torque_nm);
-                step
+                (step, false)
             }
-            None => 0,
+            None => (0, true),
         };
         let estimate = state.luenberger.estimate;
         let torque_ref_nm = self.control.step(
@@ -220,6 +222,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             turns: state.encoder.turns,
             counts_in_turn: state.encoder.counts_in_turn,
             step_counts,
+            rejected,
             luenberger: estimate,
             time_free_z_rad: state.time_free.z_rad,
             torque_ref_nm,
@@ -250,7 +253,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         if step_counts != 0 {
             let z = state.time_free.z_rad;
             state.time_free.z_rad =
-                time_free::follow(observer.friction(), z, dq, state.z_ss_rad);
+                time_free::follow(observer.friction(), z, step_counts, dq, state.z_ss_rad);
         }
     }
 

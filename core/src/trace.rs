@@ -52,6 +52,12 @@ impl Status {
         ]))
     }
 
+    /// With flags besides.
+    #[inline]
+    pub fn with(self, flags: u8) -> Self {
+        Self(self.0 | u32::from(flags) << 24)
+    }
+
     /// State; `None` for a number that no state has.
     pub fn state(self) -> Option<State> {
         State::of(self.0.to_le_bytes()[0])

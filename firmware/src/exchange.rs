@@ -67,8 +67,8 @@ pub struct TickSide {
     pub ticks_to_wake: u32,
     /// They are woken then, and not told.
     pub wakes: bool,
-    /// The sample before found the queue full.
-    pub overrun: bool,
+    /// Flag of the next sample: the one before found the queue full.
+    pub overrun: u8,
     /// The tick before was still running when this one was due.
     pub late: bool,
 }
@@ -169,7 +169,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
             entered: 0,
             ticks_to_wake: TICKS_PER_WAKE / 2,
             wakes: true,
-            overrun: false,
+            overrun: 0,
             late: false,
         });
         Ends {

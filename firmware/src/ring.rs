@@ -80,24 +80,30 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         true
     }
 
-    /// Shows the oldest item in its place, and takes it; false if there is none.
+    /// The oldest item, in its place.
+    ///
+    /// # Safety
+    /// Only one context takes, and it has no use for the item after [`Self::release`].
+    #[inline(always)]
+    pub unsafe fn oldest(&self) -> Option<&T> {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if taken == self.put.load(Ordering::Relaxed) {
+            return None;
+        }
+        compiler_fence(Ordering::Acquire);
+        // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so.
+        Some(unsafe { &*self.place(taken) })
+    }
+
+    /// Gives the place of the oldest item free. There must be one.
     ///
     /// # Safety
     /// Only one context takes.
     #[inline(always)]
-    pub unsafe fn take_with(&self, look: impl FnOnce(&T)) -> bool {
-        let taken = self.taken.load(Ordering::Relaxed);
-        if taken == self.put.load(Ordering::Relaxed) {
-            return false;
-        }
-        cold_path();
-        compiler_fence(Ordering::Acquire);
-        // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so, by when
-        // the reference has ended.
-        look(unsafe { &*self.place(taken) });
+    pub unsafe fn release(&self) {
         compiler_fence(Ordering::Release);
+        let taken = self.taken.load(Ordering::Relaxed);
         self.taken.store(taken.wrapping_add(1), Ordering::Relaxed);
-        true
     }
 }
 
@@ -120,9 +126,11 @@ impl<T: Copy, const N: usize> Taker<T, N> {
     /// The oldest item.
     #[inline(always)]
     pub fn take(&mut self) -> Option<T> {
-        let mut taken = None;
-        // SAFETY: who made this says so.
-        unsafe { self.0.take_with(|item| taken = Some(*item)) };
-        taken
+        // SAFETY: who made this says so, and the item is copied.
+        unsafe {
+            let item = *self.0.oldest()?;
+            self.0.release();
+            Some(item)
+        }
     }
 }

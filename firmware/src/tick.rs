@@ -12,6 +12,8 @@ use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use bristle_core::controller::{Controller, Input};
+use bristle_core::supervisor::Alarms;
+use bristle_core::trace::FLAG_OVERRUN;
 
 use crate::exchange::{self, SHARED};
 use crate::{board, output, timing};
@@ -27,10 +29,13 @@ unsafe extern "C" fn TIM7_DAC() {
     let stats = &SHARED.stats;
     // SAFETY: filled before the interrupt was enabled, and only this handler reaches it.
     let side = unsafe { SHARED.side.get() };
-    let mut late = side.late;
+    let mut alarms = Alarms::ILLEGAL
+        .when(reading.illegal)
+        .and(Alarms::UNWELL.when(!board::drive_is_healthy()))
+        .and(Alarms::LATE.when(side.late));
     if entered.wrapping_sub(side.entered) > timing::LOST_CYCLES || latency > timing::LATE_CYCLES {
         cold_path();
-        late = true;
+        alarms = alarms.and(Alarms::LATE);
     }
     side.entered = entered;
     stats.latency_cycles.store(latency, Ordering::Relaxed);
@@ -43,26 +48,26 @@ unsafe extern "C" fn TIM7_DAC() {
         controller.take_over(config);
     }
     // SAFETY: only the tick takes.
-    unsafe {
-        SHARED
-            .orders
-            .take_with(|order| controller.obey(config, order))
-    };
+    if let Some(order) = unsafe { SHARED.orders.oldest() } {
+        cold_path();
+        controller.obey(config, order);
+        // SAFETY: as above.
+        unsafe { SHARED.orders.release() };
+    }
     let input = Input {
         raw: reading.count,
         index: reading.index,
-        illegal: reading.illegal,
-        drive_healthy: board::drive_is_healthy(),
-        late,
-        overrun: side.overrun,
+        alarms,
     };
-    let out = controller.step(config, &input);
+    let mut out = controller.step(config, &input);
     output::write(output::code(out.torque_nm, config.deflection_1_nm));
     board::set_drive_enable(out.drive_enabled);
+    out.record.status = out.record.status.with(side.overrun);
+    side.overrun = 0;
     // SAFETY: only the tick puts.
-    side.overrun = !unsafe { SHARED.samples.put(out.record) };
-    if side.overrun {
+    if !unsafe { SHARED.samples.put(out.record) } {
         cold_path();
+        side.overrun = FLAG_OVERRUN;
         count(&stats.queue_overruns);
     }
     stats

@@ -84,7 +84,7 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
         }
         if step_counts != 0 {
             let z_ss = self.friction.z_ss_rad(velocity_rad_s.abs());
-            state.z_rad = follow(&self.friction, state.z_rad, dq, z_ss);
+            state.z_rad = follow(&self.friction, state.z_rad, step_counts, dq, z_ss);
         }
         state.z_rad
     }
@@ -102,11 +102,12 @@ impl<T: Real, C: Curve<T>> TimeFree<T, C> {
 pub(crate) fn follow<T: Real, C: Curve<T>>(
     friction: &ElastoPlastic<T, C>,
     z: T,
+    step_counts: i32,
     dq: T,
     z_ss: T,
 ) -> T {
     // Counted positive in the direction of the step.
-    let along = if dq < T::ZERO { -z } else { z };
+    let along = if step_counts < 0 { -z } else { z };
     let next = if along <= friction.breakaway_ratio() * z_ss {
         z + dq
     } else if along >= z_ss {

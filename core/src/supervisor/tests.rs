@@ -19,11 +19,7 @@ const WELL: Observation = Observation {
     velocity_rad_s: 0.0,
     z_rad: 0.0,
     step_counts: 1,
-    step_rejected: false,
-    index: None,
-    illegal: false,
-    drive_healthy: true,
-    late: false,
+    alarms: Alarms(0),
 };
 
 fn asked(supervisor: &mut Supervisor, request: Request) -> Verdict {
@@ -79,7 +75,7 @@ fn arming_alone_gives_no_torque() {
         supervisor.step(&LIMITS, &WELL);
     }
     let unwell = Observation {
-        drive_healthy: false,
+        alarms: Alarms::UNWELL,
         ..WELL
     };
     supervisor.ask(Request::Arm);
@@ -108,7 +104,7 @@ fn every_fault_takes_the_drive_away_and_stays() {
         (
             Fault::DriveFault,
             Observation {
-                drive_healthy: false,
+                alarms: Alarms::UNWELL,
                 ..WELL
             },
             1,
@@ -116,7 +112,7 @@ fn every_fault_takes_the_drive_away_and_stays() {
         (
             Fault::EncoderIllegal,
             Observation {
-                illegal: true,
+                alarms: Alarms::ILLEGAL,
                 ..WELL
             },
             1,
@@ -132,12 +128,12 @@ fn every_fault_takes_the_drive_away_and_stays() {
         (
             Fault::Overspeed,
             Observation {
-                step_rejected: true,
+                alarms: Alarms::REJECTED,
                 ..WELL
             },
             1,
         ),
-        (Fault::DeadlineMissed, Observation { late: true, ..WELL }, 1),
+        (Fault::DeadlineMissed, Observation { alarms: Alarms::LATE, ..WELL }, 1),
         (
             Fault::StuckEncoder,
             Observation {
@@ -209,7 +205,7 @@ fn a_worse_fault_ends_the_ramp() {
         supervisor.step(&LIMITS, &wanting(0.06));
     }
     let cause = Observation {
-        illegal: true,
+        alarms: Alarms::ILLEGAL,
         ..WELL
     };
     assert!(is_off(supervisor.step(&LIMITS, &cause)));
@@ -261,23 +257,23 @@ fn watchdog_reset_is_told_and_must_be_cleared() {
 
 #[test]
 fn index_must_come_back_at_whole_turns() {
-    let at = |index: u32| Observation {
-        index: Some(index),
-        ..WELL
+    let at = |supervisor: &mut Supervisor, index: u32| {
+        let alarms = Alarms::INDEX.when(!supervisor.index_fits(&LIMITS, index));
+        supervisor.step(&LIMITS, &Observation { alarms, ..WELL });
     };
     // Across the counter's wrap, both directions, within the tolerance.
     let mut supervisor = running();
     for index in [u32::MAX - 10, 989, 1991, 987, u32::MAX - 10] {
-        supervisor.step(&LIMITS, &at(index));
+        at(&mut supervisor, index);
         assert_eq!(supervisor.fault(), Fault::None, "{index}");
     }
-    supervisor.step(&LIMITS, &at(992));
+    at(&mut supervisor, 992);
     assert_eq!(supervisor.fault(), Fault::IndexMismatch);
     // A count lost every turn stays within the tolerance each time, but adds up.
     let mut supervisor = running();
     let mut turns = 0;
     while supervisor.fault() == Fault::None {
-        supervisor.step(&LIMITS, &at(turns * 999));
+        at(&mut supervisor, turns * 999);
         turns += 1;
         assert!(turns < 10);
     }

@@ -371,7 +371,6 @@ fn controller(sink: Sink<'_>) {
             }
             let input = Input {
                 raw,
-                drive_healthy: true,
                 ..Input::default()
             };
             let r = controller.step(&config, &input).record;

@@ -209,7 +209,6 @@ pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     }
     let input = Input {
         raw,
-        drive_healthy: true,
         ..Input::default()
     };
     let output = bench.controller.step(&bench.config, &input);

@@ -34,7 +34,6 @@ pub fn on_the_host(records: &[Record], counts: &[u32]) -> Vec<Record> {
         }
         let input = Input {
             raw,
-            drive_healthy: true,
             ..Input::default()
         };
         controller.step(&config, &input).record
