@@ -3,6 +3,8 @@
 //! Time is a count of ticks, so that a signal is the same after hours as at the start. Source of the experiments:
 //! thesis (Aktas, ITU 2002), chapters 2.5, 3 and 4.5.
 
+use core::hint::cold_path;
+
 use crate::friction::elasto_plastic::HALF_SINE;
 use crate::real::Real;
 
@@ -131,10 +133,20 @@ impl<T: Real> Player<T> {
     /// The reference for this tick; the next call is for the next tick.
     pub fn next_tick(&mut self) -> Reference<T> {
         match self.experiment {
+            // In reach without a jump.
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
             } => Reference::Torque(amplitude_nm * self.sine(period_ticks).0),
+            _ => self.next_other(),
+        }
+    }
+
+    #[inline]
+    fn next_other(&mut self) -> Reference<T> {
+        cold_path();
+        match self.experiment {
+            Experiment::Sine { .. } => Reference::Torque(T::ZERO),
             Experiment::PulseThenOscillation {
                 pulse_nm,
                 pulse_ticks,

@@ -364,13 +364,13 @@ impl Supervisor {
             }
         }
         let torque_nm = seen.wanted_nm;
-        let change_nm = torque_nm - self.torque_nm;
+        // The difference is zero, or NaN where the deflection is not finite.
+        let change_nm = torque_nm - self.torque_nm + (seen.z_rad - seen.z_rad);
         // Written so that a NaN fails it.
         let usual = self.ticks_silent < limits.command_ticks
             && seen.velocity_rad_s.abs() <= limits.speed_rad_s
             && torque_nm.abs() <= limits.torque_nm
-            && change_nm.abs() <= limits.slew_nm
-            && seen.z_rad.is_finite();
+            && change_nm.abs() <= limits.slew_nm;
         if !usual {
             cold_path();
             return None;

@@ -36,6 +36,15 @@ pub struct TorquePathState<T> {
     torque_nm: T,
 }
 
+impl<T: Real> TorquePathState<T> {
+    #[inline]
+    fn put(&mut self, reference_nm: T) {
+        let newest = self.newest.wrapping_add(1) % PLACES;
+        self.newest = newest;
+        self.under_way_nm[newest] = reference_nm;
+    }
+}
+
 impl<T: Real> TorquePath<T> {
     /// Delay in samples and time constant of the drive.
     ///
@@ -68,11 +77,15 @@ impl<T: Real> TorquePath<T> {
     /// Takes the reference computed at the last tick and gives the mean torque on the rotor since then, N m.
     #[inline]
     pub fn step(&self, state: &mut TorquePathState<T>, reference_nm: T) -> T {
-        let newest = state.newest.wrapping_add(1) % PLACES;
-        state.newest = newest;
-        state.under_way_nm[newest] = reference_nm;
-        // What the rotor feels now is delay_samples older.
-        let felt = state.under_way_nm[newest.wrapping_sub(self.delay_samples) % PLACES];
+        state.put(reference_nm);
+        self.felt(state)
+    }
+
+    /// The mean torque on the rotor since the tick before, N m.
+    #[inline]
+    fn felt(&self, state: &mut TorquePathState<T>) -> T {
+        // What the rotor feels now is delay_samples older than the newest one.
+        let felt = state.under_way_nm[state.newest.wrapping_sub(self.delay_samples) % PLACES];
         let start = state.torque_nm;
         state.torque_nm = felt + (start - felt) * self.decay;
         felt + (start - felt) * self.mean_of_lag
@@ -104,7 +117,6 @@ pub struct State<T> {
     pub time_free: time_free::State<T>,
     torque_path: TorquePathState<T>,
     control: control::State<T>,
-    reference_nm: T,
     /// z_ss at the velocity of the estimate: looked up once a tick, for this one's time-free observer and the next
     /// one's Luenberger-like one.
     z_ss_rad: T,
@@ -121,7 +133,7 @@ impl<T: Real> State<T> {
     /// Says which torque is put out until the next tick: the observer believes it.
     #[inline]
     pub fn put_out(&mut self, torque_nm: T) {
-        self.reference_nm = torque_nm;
+        self.torque_path.put(torque_nm);
     }
 }
 
@@ -153,7 +165,6 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             time_free: time_free::State::default(),
             torque_path: TorquePathState::default(),
             control: control::State::default(),
-            reference_nm: T::ZERO,
             z_ss_rad: self.luenberger.z_ss_rad(&luenberger::State::default()),
         }
     }
@@ -201,9 +212,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         raw: u32,
         reference: impl FnOnce() -> Reference<T>,
     ) -> Sample<T> {
-        let torque_nm = self
-            .torque_path
-            .step(&mut state.torque_path, state.reference_nm);
+        let torque_nm = self.torque_path.felt(&mut state.torque_path);
         let (step_counts, rejected) = match self.encoder.update(&mut state.encoder, raw) {
             Some(step) => {
                 self.observe(state, step, torque_nm);
@@ -250,11 +259,14 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
                 return;
             }
         }
-        if step_counts != 0 {
-            let z = state.time_free.z_rad;
-            state.time_free.z_rad =
-                time_free::follow(observer.friction(), z, step_counts, dq, state.z_ss_rad);
+        if step_counts == 0 {
+            // So that the longer way is the straight one.
+            cold_path();
+            return;
         }
+        let z = state.time_free.z_rad;
+        state.time_free.z_rad =
+            time_free::follow(observer.friction(), z, step_counts, dq, state.z_ss_rad);
     }
 
     /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.

@@ -11,11 +11,11 @@ pub use pwm::{CODE_SPAN, init, start, write};
 #[inline(always)]
 pub fn code(torque_nm: f32, deflection_1_nm: f32) -> u32 {
     const MIDDLE: i32 = (CODE_SPAN / 2) as i32;
-    // Rounded half away from zero, so that both directions are alike. The conversion saturates and takes NaN to 0,
-    // which then is no torque.
-    let codes = torque_nm * deflection_1_nm * MIDDLE as f32;
-    let offset = (codes + 0.5_f32.copysign(codes)) as i32;
-    MIDDLE.saturating_add(offset).clamp(0, 2 * MIDDLE - 1) as u32
+    // Rounded half away from zero, so that both directions are alike: twice the code, towards zero, and half of the
+    // next one outwards. The conversion saturates and takes NaN to 0, which then is no torque.
+    let twice = (torque_nm * deflection_1_nm * (2 * MIDDLE) as f32) as i32;
+    let half_up = twice.saturating_add(2 * MIDDLE + 1) + (twice >> 31);
+    (half_up >> 1).clamp(0, 2 * MIDDLE - 1) as u32
 }
 
 #[cfg(not(feature = "pwm"))]

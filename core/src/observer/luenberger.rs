@@ -209,9 +209,9 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
                 - self.by_deflection_step * (next - z);
         let z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
         // Comparisons written so that a NaN fails them.
-        let believed = torque_nm.abs() <= s.max_torque_nm
-            && measured.abs() <= self.largest_step_rad
-            && velocity_rad_s.abs() <= s.max_speed_rad_s;
+        let believed = velocity_rad_s.abs() <= s.max_speed_rad_s
+            && torque_nm.abs() <= s.max_torque_nm
+            && measured.abs() <= self.largest_step_rad;
         if believed {
             state.estimate = Estimate {
                 velocity_rad_s,
