@@ -5,11 +5,9 @@ use core::hint::cold_path;
 
 use crate::experiment::{Experiment, Player};
 use crate::parameters::Config;
-use crate::supervisor::{Alarms, Observation, Request, State, Supervisor};
+use crate::supervisor::{Alarms, Observation, Request, State, Supervisor, Verdict};
 use crate::tick;
-use crate::trace::{
-    FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status,
-};
+use crate::trace::{FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status};
 
 /// What a command asks of the tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,8 +88,10 @@ impl Controller {
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
         let mut alarms = input.alarms;
         if let Some(index) = input.index {
-            let fits = self.supervisor.index_fits(&config.limits, index);
-            alarms = alarms.and(Alarms::INDEX.when(!fits));
+            if !self.supervisor.index_fits(&config.limits, index) {
+                cold_path();
+                alarms = alarms.and(Alarms::INDEX);
+            }
         }
         let sample = config
             .tick
@@ -104,20 +104,21 @@ impl Controller {
             step_counts: sample.step_counts,
             alarms: alarms.and(Alarms::REJECTED.when(sample.rejected)),
         };
-        let verdict = if let Some(verdict) = self.supervisor.usual(&config.limits, &seen) {
-            verdict
+        // The status is put together where most of it is known beforehand.
+        let (verdict, status) = if let Some(verdict) = self.supervisor.usual(&config.limits, &seen)
+        {
+            (verdict, verdict.status())
         } else {
             cold_path();
             let verdict = self.supervisor.unusual(&config.limits, &seen);
             if verdict.state != State::Armed {
                 self.end_experiment(config);
             }
-            verdict
+            (verdict, verdict.status())
         };
         self.state.put_out(verdict.torque_nm);
         let flag = |on: bool, flag: u8| u8::from(on) * flag;
         let flags = flag(self.playing, FLAG_EXPERIMENT)
-            | flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN);
         let record = Record {
             tick: self.tick,
@@ -126,7 +127,7 @@ impl Controller {
             z_time_free_rad: sample.time_free_z_rad,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
             torque_ref_nm: verdict.torque_nm,
-            status: Status::new(verdict.state, verdict.limit, verdict.fault, flags),
+            status: status.with(flags),
         };
         self.tick = self.tick.wrapping_add(1);
         Output {
@@ -134,6 +135,14 @@ impl Controller {
             drive_enabled: verdict.drive_enabled,
             record,
         }
+    }
+}
+
+impl Verdict {
+    #[inline(always)]
+    fn status(&self) -> Status {
+        let enabled = u8::from(self.drive_enabled) * FLAG_DRIVE_ENABLED;
+        Status::new(self.state, self.limit, self.fault, enabled)
     }
 }
 

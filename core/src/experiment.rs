@@ -133,20 +133,10 @@ impl<T: Real> Player<T> {
     /// The reference for this tick; the next call is for the next tick.
     pub fn next_tick(&mut self) -> Reference<T> {
         match self.experiment {
-            // In reach without a jump.
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
             } => Reference::Torque(amplitude_nm * self.sine(period_ticks).0),
-            _ => self.next_other(),
-        }
-    }
-
-    #[inline]
-    fn next_other(&mut self) -> Reference<T> {
-        cold_path();
-        match self.experiment {
-            Experiment::Sine { .. } => Reference::Torque(T::ZERO),
             Experiment::PulseThenOscillation {
                 pulse_nm,
                 pulse_ticks,
@@ -250,6 +240,7 @@ impl<T: Real> Player<T> {
         let phase = self.phase;
         self.phase += 1;
         if self.phase >= ticks {
+            cold_path();
             self.phase = 0;
             self.step = self.step.wrapping_add(1);
         }

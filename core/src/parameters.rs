@@ -198,7 +198,7 @@ impl Parameters {
         let believed_rad_s = self.max_speed_rad_s * BELIEVED_SPEED;
         let largest_step_rad = believed_rad_s * tick_s;
         let largest_step = ((largest_step_rad / rad_per_count) as i32)
-            .saturating_add(1)
+            .max(1)
             .min(counts_per_turn);
         let friction = ElastoPlastic::new(
             self.curve()?,

@@ -187,6 +187,8 @@ impl Alarms {
     pub const INDEX: Self = Self(8);
     /// The step was too large to be motion.
     pub const REJECTED: Self = Self(16);
+    /// The supervisor's own: not armed, or something stops or limits the torque.
+    const HELD: Self = Self(32);
 
     /// These if `on`, otherwise none.
     #[inline]
@@ -252,8 +254,8 @@ pub struct Supervisor {
     index: Index,
     refused: u32,
     asked_to_arm: bool,
-    /// Armed, and nothing stops or limits the torque.
-    flows: bool,
+    /// [`Alarms::HELD`], or none.
+    held: Alarms,
 }
 
 impl Supervisor {
@@ -276,7 +278,7 @@ impl Supervisor {
             index: Index::default(),
             refused: 0,
             asked_to_arm: false,
-            flows: false,
+            held: Alarms::HELD,
         }
     }
 
@@ -326,7 +328,6 @@ impl Supervisor {
             _ => self.refuse(),
         }
         self.settle();
-        self.flows &= !self.asked_to_arm;
     }
 
     /// Takes the count at an index edge, before the step of its tick; false if counts were lost or made.
@@ -351,16 +352,19 @@ impl Supervisor {
     /// What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
     #[inline]
     pub(crate) fn usual(&mut self, limits: &Limits, seen: &Observation) -> Option<Verdict> {
-        if !self.flows || seen.alarms != Alarms::default() {
+        if seen.alarms.and(self.held) != Alarms::default() {
             cold_path();
             return None;
         }
         let mut ticks_stuck = 0;
-        if seen.step_counts == 0 && self.torque_nm.abs() >= limits.stuck_nm {
-            ticks_stuck = self.ticks_stuck.wrapping_add(1);
-            if ticks_stuck >= limits.stuck_ticks {
-                cold_path();
-                return None;
+        if seen.step_counts == 0 {
+            // A tick with a step is the longer one, and goes straight on.
+            cold_path();
+            if self.torque_nm.abs() >= limits.stuck_nm {
+                ticks_stuck = self.ticks_stuck.wrapping_add(1);
+                if ticks_stuck >= limits.stuck_ticks {
+                    return None;
+                }
             }
         }
         let torque_nm = seen.wanted_nm;
@@ -456,7 +460,11 @@ impl Supervisor {
 
     #[inline]
     fn settle(&mut self) {
-        self.flows = self.state == State::Armed && !self.stopping && self.ticks_limited == 0;
+        let flows = self.state == State::Armed
+            && !self.stopping
+            && !self.asked_to_arm
+            && self.ticks_limited == 0;
+        self.held = Alarms::HELD.when(!flows);
     }
 
     /// The most serious thing wrong in this tick.

@@ -213,12 +213,11 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         reference: impl FnOnce() -> Reference<T>,
     ) -> Sample<T> {
         let torque_nm = self.torque_path.felt(&mut state.torque_path);
-        let (step_counts, rejected) = match self.encoder.update(&mut state.encoder, raw) {
+        let (step_counts, rejected, time_free_z_rad) = match self.encoder.update(&mut state.encoder, raw) {
             Some(step) => {
-                self.observe(state, step, torque_nm);
-                (step, false)
+                (step, false, self.observe(state, step, torque_nm))
             }
-            None => (0, true),
+            None => (0, true, state.time_free.z_rad),
         };
         let estimate = state.luenberger.estimate;
         let torque_ref_nm = self.control.step(
@@ -233,40 +232,32 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             step_counts,
             rejected,
             luenberger: estimate,
-            time_free_z_rad: state.time_free.z_rad,
+            time_free_z_rad,
             torque_ref_nm,
         }
     }
 
     /// Both observers: what [`Luenberger::step`] and then [`TimeFree::step`] at its velocity do, with one look-up of
-    /// z_ss between them, and belief looked at once.
+    /// z_ss between them. The encoder has refused what is too long for a step. Gives z of the time-free observer, rad.
     #[inline]
-    fn observe(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) {
+    fn observe(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) -> T {
         let observer = &self.luenberger;
-        let (dq, believed) = observer.step_at(
+        let dq = observer.step_at(
             &mut state.luenberger,
             step_counts,
             torque_nm,
             state.z_ss_rad,
         );
-        if believed {
-            state.z_ss_rad = observer.z_ss_rad(&state.luenberger);
-        } else {
-            cold_path();
-            // The estimate is as it was, and a torque that is not believed does not concern the other observer.
-            if dq.abs() > observer.largest_step_rad() {
-                state.time_free.rejected = state.time_free.rejected.saturating_add(1);
-                return;
-            }
-        }
-        if step_counts == 0 {
-            // So that the longer way is the straight one.
-            cold_path();
-            return;
-        }
+        state.z_ss_rad = observer.z_ss_rad(&state.luenberger);
         let z = state.time_free.z_rad;
-        state.time_free.z_rad =
-            time_free::follow(observer.friction(), z, step_counts, dq, state.z_ss_rad);
+        if step_counts == 0 {
+            // A tick with a step is the longer one, and goes straight on.
+            cold_path();
+            return z;
+        }
+        let next = time_free::follow(observer.friction(), z, step_counts, dq, state.z_ss_rad);
+        state.time_free.z_rad = next;
+        next
     }
 
     /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.

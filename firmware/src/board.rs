@@ -217,11 +217,8 @@ pub fn read_encoder() -> EncoderReading {
     let index = status.ccif(2);
     let illegal = status.terrif();
     if index || illegal {
-        // Bits are cleared by writing 0; ones leave the others alone.
-        let mut clear = SrGp16(u32::MAX);
-        clear.set_ccif(2, false);
-        clear.set_terrif(false);
-        TIM2.sr().write_value(clear);
+        // Writing 0 clears a bit, 1 leaves it alone: so exactly those that were seen are cleared.
+        TIM2.sr().write_value(SrGp16(!status.0));
     }
     EncoderReading {
         count,

@@ -90,6 +90,7 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         if taken == self.put.load(Ordering::Relaxed) {
             return None;
         }
+        cold_path();
         compiler_fence(Ordering::Acquire);
         // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so.
         Some(unsafe { &*self.place(taken) })

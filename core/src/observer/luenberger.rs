@@ -174,8 +174,14 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
     /// estimate at this sample.
     #[inline]
     pub fn step(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) -> Estimate<T> {
-        let z_ss_rad = self.z_ss_rad(state);
-        self.step_at(state, step_counts, torque_nm, z_ss_rad);
+        let measured = T::of_count(step_counts) * self.settings.rad_per_count;
+        if measured.abs() > self.largest_step_rad {
+            cold_path();
+            state.rejected = state.rejected.saturating_add(1);
+        } else {
+            let z_ss_rad = self.z_ss_rad(state);
+            self.step_at(state, step_counts, torque_nm, z_ss_rad);
+        }
         state.estimate
     }
 
@@ -185,8 +191,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         self.friction.z_ss_rad(state.estimate.velocity_rad_s.abs())
     }
 
-    /// As [`Self::step`], given [`Self::z_ss_rad`] of the state, and gives the measured step, rad, and whether it was
-    /// believed.
+    /// As [`Self::step`] for a step that an axis can make, given [`Self::z_ss_rad`] of the state. Gives the step, rad.
     #[inline]
     pub(crate) fn step_at(
         &self,
@@ -194,7 +199,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         step_counts: i32,
         torque_nm: T,
         z_ss_rad: T,
-    ) -> (T, bool) {
+    ) -> T {
         let s = &self.settings;
         let Estimate {
             velocity_rad_s: v,
@@ -209,9 +214,8 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
                 - self.by_deflection_step * (next - z);
         let z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
         // Comparisons written so that a NaN fails them.
-        let believed = velocity_rad_s.abs() <= s.max_speed_rad_s
-            && torque_nm.abs() <= s.max_torque_nm
-            && measured.abs() <= self.largest_step_rad;
+        let believed =
+            velocity_rad_s.abs() <= s.max_speed_rad_s && torque_nm.abs() <= s.max_torque_nm;
         if believed {
             state.estimate = Estimate {
                 velocity_rad_s,
@@ -221,7 +225,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
         }
-        (measured, believed)
+        measured
     }
 
     /// Longest step that an axis can make in a sample, rad.
