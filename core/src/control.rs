@@ -64,8 +64,14 @@ impl<T: Real> Cascade<T> {
         )
     }
 
-    /// Torque for a reference, given position (from where the experiment began) and velocity.
+    /// A torque within the limit, N m.
     #[inline]
+    pub fn limited(&self, torque_nm: T) -> T {
+        torque_nm.within(self.torque_limit_nm)
+    }
+
+    /// Torque for a reference, given position (from where the experiment began) and velocity.
+    #[inline(always)]
     pub fn step(
         &self,
         state: &mut State<T>,
@@ -74,7 +80,7 @@ impl<T: Real> Cascade<T> {
         velocity_rad_s: T,
     ) -> T {
         let wanted = match reference {
-            Reference::Torque(torque) => return torque.within(self.torque_limit_nm),
+            Reference::Torque(torque_nm) => return self.limited(torque_nm),
             Reference::Velocity(velocity) => velocity,
             Reference::Position {
                 position_rad: target,
@@ -89,7 +95,7 @@ impl<T: Real> Cascade<T> {
         if integral.is_finite() {
             state.integral_nm = integral.within(room);
         }
-        (proportional + state.integral_nm).within(self.torque_limit_nm)
+        self.limited(proportional + state.integral_nm)
     }
 }
 

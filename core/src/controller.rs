@@ -5,7 +5,7 @@ use core::hint::cold_path;
 
 use crate::experiment::{Experiment, Player};
 use crate::parameters::Config;
-use crate::supervisor::{Alarms, Observation, Request, State, Supervisor, Verdict};
+use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor};
 use crate::tick;
 use crate::trace::{FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status};
 
@@ -54,6 +54,8 @@ pub struct Controller {
     playing: bool,
     supervisor: Supervisor,
     tick: u32,
+    /// Of a tick to which the supervisor has nothing to say.
+    usual_status: Status,
 }
 
 impl Controller {
@@ -65,7 +67,21 @@ impl Controller {
             playing: false,
             supervisor: Supervisor::new(watchdog_reset),
             tick: 0,
+            usual_status: Status::default(),
         }
+    }
+
+    #[inline(always)]
+    fn flags(&self, drive_enabled: bool) -> u8 {
+        let flag = |on: bool, flag: u8| u8::from(on) * flag;
+        flag(self.playing, FLAG_EXPERIMENT)
+            | flag(drive_enabled, FLAG_DRIVE_ENABLED)
+            | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
+    }
+
+    #[inline(always)]
+    fn status_when_usual(&self) -> Status {
+        Status::new(State::Armed, Limit::None, Fault::None, self.flags(true))
     }
 
     /// Samples rejected by encoder, Luenberger-like and time-free observer.
@@ -88,6 +104,10 @@ impl Controller {
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
         let mut alarms = input.alarms;
         if let Some(index) = input.index {
+            if !self.supervisor.index_seen() {
+                cold_path();
+                self.usual_status = self.usual_status.with(FLAG_INDEX_SEEN);
+            }
             if !self.supervisor.index_fits(&config.limits, index) {
                 cold_path();
                 alarms = alarms.and(Alarms::INDEX);
@@ -104,22 +124,21 @@ impl Controller {
             step_counts: sample.step_counts,
             alarms: alarms.and(Alarms::REJECTED.when(sample.rejected)),
         };
-        // The status is put together where most of it is known beforehand.
-        let (verdict, status) = if let Some(verdict) = self.supervisor.usual(&config.limits, &seen)
-        {
-            (verdict, verdict.status())
+        let usual = self.supervisor.usual(&config.limits, &seen);
+        let (verdict, status) = if let Some(verdict) = usual {
+            (verdict, self.usual_status)
         } else {
             cold_path();
             let verdict = self.supervisor.unusual(&config.limits, &seen);
             if verdict.state != State::Armed {
                 self.end_experiment(config);
             }
-            (verdict, verdict.status())
+            let flags = self.flags(verdict.drive_enabled);
+            self.usual_status = self.status_when_usual();
+            let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
+            (verdict, status)
         };
         self.state.put_out(verdict.torque_nm);
-        let flag = |on: bool, flag: u8| u8::from(on) * flag;
-        let flags = flag(self.playing, FLAG_EXPERIMENT)
-            | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN);
         let record = Record {
             tick: self.tick,
             counts: input.raw.cast_signed(),
@@ -127,7 +146,7 @@ impl Controller {
             z_time_free_rad: sample.time_free_z_rad,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
             torque_ref_nm: verdict.torque_nm,
-            status: status.with(flags),
+            status,
         };
         self.tick = self.tick.wrapping_add(1);
         Output {
@@ -135,14 +154,6 @@ impl Controller {
             drive_enabled: verdict.drive_enabled,
             record,
         }
-    }
-}
-
-impl Verdict {
-    #[inline(always)]
-    fn status(&self) -> Status {
-        let enabled = u8::from(self.drive_enabled) * FLAG_DRIVE_ENABLED;
-        Status::new(self.state, self.limit, self.fault, enabled)
     }
 }
 
@@ -166,6 +177,7 @@ impl Controller {
                 self.supervisor.ask(Request::Start);
             }
         }
+        self.usual_status = self.status_when_usual();
     }
 
     /// What was stopped does not resume.
@@ -178,6 +190,7 @@ impl Controller {
     }
 
     /// Goes on with other parameters, before the first step with them.
+    #[inline(always)]
     pub fn take_over(&mut self, config: &Config) {
         config.tick.take_over(&mut self.state);
     }
@@ -187,7 +200,6 @@ impl Controller {
 mod tests {
     use super::*;
     use crate::parameters::{BENCH, Parameters};
-    use crate::supervisor::{Fault, Limit};
     use std::vec::Vec;
 
     const TICK_S: f32 = 1e-4;

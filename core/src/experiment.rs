@@ -130,13 +130,31 @@ impl<T: Real> Player<T> {
         }
     }
 
+    /// As [`Self::next_tick`], for the one signal that needs no choice between signals; `None` for the others.
+    #[inline]
+    pub(crate) fn next_if_sine(&mut self) -> Option<T> {
+        match self.experiment {
+            Experiment::Sine {
+                amplitude_nm,
+                period_ticks,
+            } => Some(self.sine_torque(amplitude_nm, period_ticks)),
+            _ => None,
+        }
+    }
+
+    #[inline(always)]
+    fn sine_torque(&mut self, amplitude_nm: T, period_ticks: u32) -> T {
+        amplitude_nm * self.sine(period_ticks).0
+    }
+
     /// The reference for this tick; the next call is for the next tick.
+    #[inline(always)]
     pub fn next_tick(&mut self) -> Reference<T> {
         match self.experiment {
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
-            } => Reference::Torque(amplitude_nm * self.sine(period_ticks).0),
+            } => Reference::Torque(self.sine_torque(amplitude_nm, period_ticks)),
             Experiment::PulseThenOscillation {
                 pulse_nm,
                 pulse_ticks,
@@ -253,7 +271,7 @@ impl<T: Real> Player<T> {
 /// 1.5e-7 in f32.
 ///
 /// A polynomial and not the library's sine, which works in f64 inside: in the interrupt that would be emulated.
-#[inline]
+#[inline(always)]
 pub fn sine_of_turns<T: Real>(turns: T) -> T {
     let half_turns = turns + turns;
     // From the nearest whole half turn: a rising wave at even ones, at odd ones a falling one, which mirrors it.

@@ -170,6 +170,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     }
 
     /// Goes on with a state that another set of parameters has left.
+    #[inline(always)]
     pub fn take_over(&self, state: &mut State<T>) {
         state.z_ss_rad = self.luenberger.z_ss_rad(&state.luenberger);
     }
@@ -193,24 +194,35 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// As [`Tick::run`], for a caller that says itself which torque it puts out.
     #[inline]
     pub fn decide(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        self.observe_and_control(state, raw, || player.next_tick())
+        self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
+            if let Some(torque_nm) = player.next_if_sine() {
+                return self.control.limited(torque_nm);
+            }
+            cold_path();
+            let reference = player.next_tick();
+            self.control
+                .step(control, reference, position_rad, velocity_rad_s)
+        })
     }
 
     /// One tick towards a reference that comes from elsewhere.
     #[inline]
     pub fn follow(&self, state: &mut State<T>, raw: u32, reference: Reference<T>) -> Sample<T> {
-        let sample = self.observe_and_control(state, raw, || reference);
+        let sample = self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
+            self.control
+                .step(control, reference, position_rad, velocity_rad_s)
+        });
         state.put_out(sample.torque_ref_nm);
         sample
     }
 
-    /// One tick. The reference is asked for right before it is used: kept in memory meanwhile, it would cost.
+    /// One tick. `control` gives the torque for position and velocity: a reference kept in memory meanwhile would cost.
     #[inline]
     fn observe_and_control(
         &self,
         state: &mut State<T>,
         raw: u32,
-        reference: impl FnOnce() -> Reference<T>,
+        control: impl FnOnce(&mut control::State<T>, T, T) -> T,
     ) -> Sample<T> {
         let torque_nm = self.torque_path.felt(&mut state.torque_path);
         let (step_counts, rejected, time_free_z_rad) = match self.encoder.update(&mut state.encoder, raw) {
@@ -220,12 +232,8 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             None => (0, true, state.time_free.z_rad),
         };
         let estimate = state.luenberger.estimate;
-        let torque_ref_nm = self.control.step(
-            &mut state.control,
-            reference(),
-            self.position_rad(&state.encoder),
-            estimate.velocity_rad_s,
-        );
+        let position_rad = self.position_rad(&state.encoder);
+        let torque_ref_nm = control(&mut state.control, position_rad, estimate.velocity_rad_s);
         Sample {
             turns: state.encoder.turns,
             counts_in_turn: state.encoder.counts_in_turn,

@@ -8,6 +8,7 @@ use core::hint::cold_path;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
+use crate::output;
 use crate::ring::{Putter, Ring, Taker};
 use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::{Controller, Order};
@@ -73,6 +74,23 @@ pub struct TickSide {
     pub late: bool,
 }
 
+/// What the tick runs on.
+pub struct Parameters {
+    /// Of the controller.
+    pub config: Config,
+    /// Of the output, see [`output::code`].
+    pub half_codes_1_nm: f32,
+}
+
+impl Parameters {
+    fn new(config: Config) -> Self {
+        Self {
+            half_codes_1_nm: output::half_codes_1_nm(config.deflection_1_nm),
+            config,
+        }
+    }
+}
+
 /// How the ticks went; read by tasks and debuggers.
 #[repr(C)]
 pub struct Stats {
@@ -107,9 +125,9 @@ pub struct Shared {
     /// Parameters that the tick runs on. Written by the tick.
     ///
     /// A pointer and not the slot's number: from a number the compiler selects the address of every field anew.
-    active: AtomicPtr<Config>,
+    active: AtomicPtr<Parameters>,
     /// Parameters that it shall run on. Written outside.
-    next: AtomicPtr<Config>,
+    next: AtomicPtr<Parameters>,
     /// How the ticks went.
     pub stats: Stats,
     /// The tick takes.
@@ -142,7 +160,7 @@ pub static SHARED: Shared = Shared {
 };
 
 #[unsafe(link_section = ".ccm.bss.config")]
-static CONFIGS: [Place<Config>; 2] = [Place::empty(), Place::empty()];
+static SLOTS: [Place<Parameters>; 2] = [Place::empty(), Place::empty()];
 
 /// Ends of the queues outside of the tick.
 pub struct Ends {
@@ -159,11 +177,11 @@ pub struct Ends {
 pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
-        CONFIGS[0].fill(config);
-        SHARED.next.store(CONFIGS[0].pointer(), Ordering::Relaxed);
+        SLOTS[0].fill(Parameters::new(config));
+        SHARED.next.store(SLOTS[0].pointer(), Ordering::Relaxed);
         SHARED
             .active
-            .store(CONFIGS[0].pointer(), Ordering::Relaxed);
+            .store(SLOTS[0].pointer(), Ordering::Relaxed);
         SHARED.side.fill(TickSide {
             controller,
             entered: 0,
@@ -184,7 +202,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
 /// # Safety
 /// Only for the tick, once at its start.
 #[inline(always)]
-pub unsafe fn config() -> (&'static Config, bool) {
+pub unsafe fn parameters() -> (&'static Parameters, bool) {
     let next = SHARED.next.load(Ordering::Relaxed);
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
@@ -208,14 +226,14 @@ pub fn offer(config: &Config) -> bool {
     if offer_is_pending() {
         return false;
     }
-    let [first, second] = &CONFIGS;
+    let [first, second] = &SLOTS;
     let free = if SHARED.next.load(Ordering::Relaxed) == first.pointer() {
         second
     } else {
         first
     };
     // SAFETY: the tick runs on the other slot, and will until `next` names this one.
-    unsafe { free.fill(*config) };
+    unsafe { free.fill(Parameters::new(*config)) };
     compiler_fence(Ordering::SeqCst);
     SHARED.next.store(free.pointer(), Ordering::Relaxed);
     true

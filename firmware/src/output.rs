@@ -7,13 +7,19 @@ pub use dac::{CODE_SPAN, init, write};
 #[cfg(feature = "pwm")]
 pub use pwm::{CODE_SPAN, init, start, write};
 
-/// Code of a torque: mid-scale plus its share of half the span. `deflection_1_nm` is one over the torque at full scale.
+const MIDDLE: i32 = (CODE_SPAN / 2) as i32;
+
+/// Half codes of a torque, for one over the torque at full scale.
+pub fn half_codes_1_nm(deflection_1_nm: f32) -> f32 {
+    deflection_1_nm * (2 * MIDDLE) as f32
+}
+
+/// Code of a torque: mid-scale plus its share of half the span.
 #[inline(always)]
-pub fn code(torque_nm: f32, deflection_1_nm: f32) -> u32 {
-    const MIDDLE: i32 = (CODE_SPAN / 2) as i32;
+pub fn code(torque_nm: f32, half_codes_1_nm: f32) -> u32 {
     // Rounded half away from zero, so that both directions are alike: twice the code, towards zero, and half of the
     // next one outwards. The conversion saturates and takes NaN to 0, which then is no torque.
-    let twice = (torque_nm * deflection_1_nm * (2 * MIDDLE) as f32) as i32;
+    let twice = (torque_nm * half_codes_1_nm) as i32;
     let half_up = twice.saturating_add(2 * MIDDLE + 1) + (twice >> 31);
     (half_up >> 1).clamp(0, 2 * MIDDLE - 1) as u32
 }

@@ -41,7 +41,8 @@ unsafe extern "C" fn TIM7_DAC() {
     stats.latency_cycles.store(latency, Ordering::Relaxed);
     raise(&stats.most_latency_cycles, latency);
     // SAFETY: this is the tick, and the only call.
-    let (config, changed) = unsafe { exchange::config() };
+    let (parameters, changed) = unsafe { exchange::parameters() };
+    let config = &parameters.config;
     let controller = &mut side.controller;
     if changed {
         cold_path();
@@ -60,7 +61,7 @@ unsafe extern "C" fn TIM7_DAC() {
         alarms,
     };
     let mut out = controller.step(config, &input);
-    output::write(output::code(out.torque_nm, config.deflection_1_nm));
+    output::write(output::code(out.torque_nm, parameters.half_codes_1_nm));
     board::set_drive_enable(out.drive_enabled);
     out.record.status = out.record.status.with(side.overrun);
     side.overrun = 0;
