@@ -192,7 +192,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
     }
 
     /// As [`Self::step`] for a step that an axis can make, given [`Self::z_ss_rad`] of the state. Gives the step, rad.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn step_at(
         &self,
         state: &mut State<T>,

@@ -60,6 +60,9 @@ struct Core {
     deadline: u64,
     /// An exception waits behind a mask: look again after every block.
     impatient: bool,
+    /// A block has run since the engine was entered.
+    begun: bool,
+    /// Where the last block ended; 0 where the refill that follows belongs to something else.
     last_end: u32,
     blocks: Vec<Block>,
     raised: Option<u32>,
@@ -103,6 +106,7 @@ impl Machine {
             instructions: 0,
             deadline: 0,
             impatient: false,
+            begun: false,
             last_end: 0,
             blocks: vec![Block::default(); BLOCKS],
             raised: None,
@@ -229,6 +233,7 @@ impl Machine {
         core.deadline = u64::MAX;
         core.impatient = false;
         core.bus.attention = false;
+        core.begun = false;
         core.last_end = 0;
         let result = self.uc.emu_start(u64::from(function | 1), NOWHERE, 0, 0);
         if let Some(fault) = self.uc.get_data().bus.fault.clone() {
@@ -335,7 +340,7 @@ impl Machine {
             }
             core.deadline = next;
             core.raised = None;
-            core.last_end = 0;
+            core.begun = false;
             core.bus.attention = false;
             self.execute()?;
         }
@@ -382,6 +387,7 @@ impl Machine {
             let core = self.uc.get_data_mut();
             core.bus.interrupts.enter(exception);
             core.cycles += u64::from(cycles::ENTRY);
+            core.last_end = 0;
             core.event = true;
             self.sleeping = None;
             self.running.push(Running {
@@ -437,6 +443,7 @@ impl Machine {
         cost.most_cycles = cost.most_cycles.max(cycles);
         cost.last_instructions = instructions;
         core.cycles += u64::from(cycles::EXIT);
+        core.last_end = 0;
         core.event = true;
         Ok(())
     }
@@ -445,8 +452,7 @@ impl Machine {
 /// A block of code is about to run: its time passes, or the engine comes back first.
 fn block(uc: &mut Unicorn<'_, Core>, address: u32, size: u32) {
     let core = uc.get_data_mut();
-    let begun = core.last_end != 0;
-    if core.cycles >= core.deadline || begun && (core.impatient || core.bus.attention) {
+    if core.cycles >= core.deadline || core.begun && (core.impatient || core.bus.attention) {
         let _ = uc.emu_stop();
         return;
     }
@@ -469,6 +475,7 @@ fn block(uc: &mut Unicorn<'_, Core>, address: u32, size: u32) {
     if core.last_end != 0 && core.last_end != address {
         core.cycles += u64::from(cycles::REFILL);
     }
+    core.begun = true;
     core.last_end = address + size;
     core.cycles += u64::from(known.cycles);
     core.instructions += u64::from(known.instructions);

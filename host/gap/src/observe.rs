@@ -188,7 +188,7 @@ struct Stretch<'a> {
 
 impl Observed {
     /// Runs the observers over a stretch, from rest.
-    fn extend<C: Curve<f64>>(
+    fn extend<C: Curve<f64> + Copy>(
         &mut self,
         tick: &Tick<f64, C>,
         path: &TorquePath<f64>,
