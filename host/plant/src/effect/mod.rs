@@ -132,7 +132,7 @@ pub enum Kind {
 }
 
 /// A parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Name with its unit on a rotary axis.
     pub name: &'static str,
@@ -193,15 +193,15 @@ impl fmt::Display for EffectError {
 
 impl std::error::Error for EffectError {}
 
-/// Makes an effect from its id and named values for an axis.
+/// The entry of an id and its values in the order of its parameters, from named ones and defaults.
 ///
 /// # Errors
 /// An id or a parameter that does not exist, or a value that is not finite.
-pub fn build(
+pub fn values(
     id: &str,
-    values: &BTreeMap<String, f64>,
+    named: &BTreeMap<String, f64>,
     unit: Unit,
-) -> Result<Box<dyn Effect>, EffectError> {
+) -> Result<(&'static Entry, Vec<f64>), EffectError> {
     let Some(entry) = ALL.iter().find(|entry| entry.id == id) else {
         return Err(EffectError {
             what: format!("effect {id} does not exist"),
@@ -209,7 +209,7 @@ pub fn build(
         });
     };
     let mut chosen: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
-    for (name, &value) in values {
+    for (name, &value) in named {
         let place = entry.parameters.iter().position(|p| p.name(unit) == name);
         match place {
             Some(i) if value.is_finite() => chosen[i] = value,
@@ -224,7 +224,20 @@ pub fn build(
             }
         }
     }
-    Ok((entry.build)(&chosen, unit))
+    Ok((entry, chosen))
+}
+
+/// Makes an effect from its id and named values for an axis.
+///
+/// # Errors
+/// See [`values`].
+pub fn build(
+    id: &str,
+    named: &BTreeMap<String, f64>,
+    unit: Unit,
+) -> Result<Box<dyn Effect>, EffectError> {
+    let (entry, values) = values(id, named, unit)?;
+    Ok((entry.build)(&values, unit))
 }
 
 #[cfg(test)]
