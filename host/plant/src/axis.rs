@@ -59,7 +59,8 @@ pub struct Truth {
     pub z_rad: f64,
     /// Friction torque, N m.
     pub friction_nm: f64,
-    /// Mean torque on the rotor during the sample, without noise, N m.
+    /// Mean torque that the drive put out during the sample, before what actuator effects and noise make of it, N m: what
+    /// a measured current stands for.
     pub torque_nm: f64,
 }
 
@@ -145,10 +146,10 @@ impl Axis {
                 acceleration_rad_s2: self.acceleration_rad_s2,
                 torque_nm: self.drive.advance(step_s, self.keeps),
             };
+            sum += now.torque_nm;
             for effect in &mut self.effects {
                 now.torque_nm = effect.actuator(&now);
             }
-            sum += now.torque_nm;
             let mut torque = now.torque_nm + noise_nm;
             for effect in &mut self.effects {
                 torque += effect.mechanics(&now);

@@ -25,10 +25,13 @@ pub struct Running {
     /// Effects between the drive and the axis.
     pub effects: Vec<Box<dyn Effect>>,
     /// Makes the effects of the sensor anew, where there are any.
-    pub sensors: Option<Box<dyn Fn() -> Vec<Box<dyn Effect>>>>,
+    pub sensors: Option<MakeSensors>,
     /// How much later than recorded the effort acts, samples.
     pub skew_samples: f64,
 }
+
+/// Makes effects of a sensor: each round of undoing them starts from their beginning.
+pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;

@@ -3,7 +3,7 @@
 //! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
 //! dead zone or a limit explains everything by removing all torque.
 
-use super::follow::{Running, left_over};
+use super::follow::{MakeSensors, Running, left_over};
 use super::record::Record;
 use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
@@ -64,6 +64,9 @@ pub enum Owner {
     Own(Own),
     /// The parameter of an effect, both by their place.
     Effect(usize, usize),
+    /// The parameter of an effect on one record alone: effect, parameter and record by their place. A record's clock
+    /// says nothing of the phase of what repeats in time.
+    OnRecord(usize, usize, usize),
 }
 
 /// A parameter that may move, and what is believed of it.
@@ -153,6 +156,7 @@ pub struct Model {
 pub struct Point {
     believed: Believed,
     effects: Vec<Added>,
+    on_records: Vec<(usize, usize, usize, f64)>,
     skew_s: f64,
 }
 
@@ -179,6 +183,7 @@ impl Model {
         let mut point = Point {
             believed: self.believed.clone(),
             effects: self.effects.clone(),
+            on_records: Vec::new(),
             skew_s: 0.0,
         };
         let mut excess = self.believed.stiction_nm / self.believed.coulomb_nm - 1.0;
@@ -187,6 +192,9 @@ impl Model {
             let believed = &mut point.believed;
             match free.owner {
                 Owner::Effect(effect, parameter) => point.effects[effect].values[parameter] = value,
+                Owner::OnRecord(effect, parameter, record) => {
+                    point.on_records.push((effect, parameter, record, value));
+                }
                 Owner::Own(own) => match own {
                     Own::Inertia => {
                         let share = value / believed.whole_inertia_kg_m2();
@@ -218,9 +226,9 @@ impl Model {
     pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
         let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
-        for record in records {
+        for (place, record) in records.iter().enumerate() {
             for stretch in &record.stretches {
-                left_over(record, stretch, point.running(record)?, &mut out);
+                left_over(record, stretch, point.running(record, place)?, &mut out);
             }
         }
         Ok(out)
@@ -238,12 +246,18 @@ impl Point {
         &self.effects
     }
 
-    fn running(&self, record: &Record) -> Result<Running, InputError> {
+    fn running(&self, record: &Record, place: usize) -> Result<Running, InputError> {
         let believed = &self.believed;
+        let mut all = self.effects.clone();
+        for &(effect, parameter, on, value) in &self.on_records {
+            if on == place {
+                all[effect].values[parameter] = value;
+            }
+        }
         let of_sensor = |added: &&Added| added.entry.id.starts_with("sensor.");
         let unit = believed.unit;
         let build = |added: &Added| (added.entry.build)(&added.values, unit);
-        let sensors: Vec<Added> = self.effects.iter().filter(of_sensor).cloned().collect();
+        let sensors: Vec<Added> = all.iter().filter(of_sensor).cloned().collect();
         let inertia_kg_m2 = believed.whole_inertia_kg_m2();
         Ok(Running {
             inertia_kg_m2,
@@ -260,14 +274,13 @@ impl Point {
             } else {
                 DriveConfig::default()
             },
-            effects: self
-                .effects
+            effects: all
                 .iter()
                 .filter(|added| !of_sensor(added))
                 .map(build)
                 .collect(),
             sensors: (!sensors.is_empty()).then(|| {
-                let make: Box<dyn Fn() -> _> = Box::new(move || {
+                let make: MakeSensors = Box::new(move || {
                     sensors
                         .iter()
                         .map(|added| (added.entry.build)(&added.values, unit))
