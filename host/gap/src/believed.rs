@@ -146,6 +146,7 @@ impl Believed {
                 "about 100 Hz",
             ),
             damping_nm_s_rad: file.axis.coupling_damping.unwrap_or(0.0),
+            gap_rad: 0.0,
         });
         let whole_inertia = inertia + load.map_or(0.0, |load| load.inertia_kg_m2);
         let damping_nm_s_rad = or(
