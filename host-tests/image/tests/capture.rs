@@ -5,6 +5,7 @@ mod common;
 mod reference;
 
 use bristle_core::command::Command;
+use bristle_core::experiment::Bounds;
 use bristle_gap::capture::{Capture, Position, Sample, Summary, header, write_row};
 use bristle_gap::log::Log;
 use bristle_image::host::Session;
@@ -53,7 +54,7 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let mut session = Session::new(&image, &table).unwrap();
     session.raw = Some(Box::new(File::create(&raw).unwrap()));
     session.arm().unwrap();
-    session.ask(&Command::Play(SINE)).unwrap();
+    session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
     session.run(TICKS).unwrap();
 
     let summary = capture(&raw, &path);
