@@ -292,6 +292,28 @@ macro_rules! experiments {
             })
         }
 
+        /// The experiment in the precision of the wire.
+        pub fn in_single_precision(experiment: &Experiment<f64>) -> Experiment<f32> {
+            trait Narrow<T> {
+                fn narrow(self) -> T;
+            }
+            impl Narrow<f32> for f64 {
+                fn narrow(self) -> f32 {
+                    self as f32
+                }
+            }
+            impl Narrow<u32> for u32 {
+                fn narrow(self) -> u32 {
+                    self
+                }
+            }
+            match *experiment {
+                $(Experiment::$variant { $($field),+ } => {
+                    Experiment::$variant { $($field: $field.narrow()),+ }
+                })+
+            }
+        }
+
         /// Whether every value is a number, every time at least a tick, and what has a range within it.
         pub fn is_playable(experiment: &Experiment<f32>) -> bool {
             trait Usable {
