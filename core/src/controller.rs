@@ -102,7 +102,8 @@ impl Controller {
     /// One tick.
     #[inline]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
-        let request = match input.order {
+        let mut begins = false;
+        let mut request = match input.order {
             Some(Order::Request(request)) => {
                 cold_path();
                 Some(request)
@@ -115,6 +116,7 @@ impl Controller {
                     self.guard = Guard::new(&bounds, settings.rad_per_count);
                     self.playing = true;
                     self.ended = 0;
+                    begins = true;
                     self.state.begin_experiment();
                 }
                 Some(Request::Start)
@@ -135,6 +137,10 @@ impl Controller {
             if end != End::None {
                 cold_path();
                 self.supervisor.stop();
+                if begins {
+                    // Its start would end the stop.
+                    request = Some(Request::KeepAlive);
+                }
             }
         }
         let seen = Observation {
@@ -165,7 +171,8 @@ impl Controller {
         }
         self.state.put_out(verdict.torque_nm);
         let flag = |on: bool, flag: u8| if on { flag } else { 0 };
-        let flags = flag(self.playing, FLAG_EXPERIMENT)
+        // One that ends in the tick in which it begins has been seen to begin.
+        let flags = flag(self.playing | begins, FLAG_EXPERIMENT)
             | flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
             | flag(input.overrun, FLAG_OVERRUN)
@@ -345,6 +352,22 @@ mod tests {
             fast,
         );
         assert_eq!(end, End::Speed);
+        // Ends in the tick in which it begins, which shows both.
+        let mut controller = armed(&BENCH.build(TICK_S, 1).unwrap());
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let ladder = Experiment::SpeedLadder {
+            top_rad_s: 10.0,
+            ratio: 0.5,
+            hold_ticks: 10,
+        };
+        let order = Order::Play(ladder, Bounds { torque_nm, ..open });
+        let output = controller.step(&config, &ordering(7, order));
+        let status = output.record.status;
+        assert_eq!(status.ended(), Some(End::Torque));
+        assert!(status.flags() & FLAG_EXPERIMENT != 0 && output.torque_nm == 0.0);
+        let next = controller.step(&config, &well(7)).record.status;
+        assert_eq!(next.ended(), Some(End::Torque));
+        assert_eq!(next.flags() & FLAG_EXPERIMENT, 0);
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod names;
 pub mod observe;
 pub mod output;
 pub mod report;
+pub mod run;
 pub mod plan;
 pub mod signal;
 pub mod simulate;
