@@ -16,8 +16,11 @@ mod names;
 pub mod observe;
 pub mod output;
 pub mod report;
+pub mod run;
+pub mod plan;
 pub mod signal;
 pub mod simulate;
+mod toml_text;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;
