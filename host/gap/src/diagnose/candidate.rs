@@ -381,9 +381,10 @@ impl<'a> Background<'a> {
     ) -> Result<Option<(Model, Fit)>, InputError> {
         let mut best: Option<(Model, Fit)> = None;
         for start in starts {
-            let model = self.with(entry, start);
+            let mut model = self.with(entry, start);
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
+            model.scales_effort |= model.changes_gain(self.records, &from)?;
             let fit = crate::inverse::fit(&model, self.records, self.weights, from)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
