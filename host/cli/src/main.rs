@@ -13,6 +13,7 @@ mod setup;
 mod simulate;
 mod source;
 mod target;
+mod trials;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -38,6 +39,7 @@ enum Command {
     Compare(compare::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Trials(trials::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -74,6 +76,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Compare(args) => compare::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);
