@@ -14,6 +14,7 @@ mod setup;
 mod simulate;
 mod source;
 mod target;
+mod trials;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -40,6 +41,7 @@ enum Command {
     Diagnose(diagnose::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Trials(trials::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -77,6 +79,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Diagnose(args) => diagnose::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

@@ -21,6 +21,7 @@ pub mod run;
 pub mod signal;
 pub mod simulate;
 mod toml_text;
+pub mod trial;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;
