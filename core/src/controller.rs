@@ -3,19 +3,24 @@
 
 use core::hint::cold_path;
 
-use crate::experiment::{Experiment, Player};
+use crate::experiment::bounds::Guard;
+use crate::experiment::{Bounds, End, Experiment, Player};
 use crate::parameters::Config;
-use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor};
+use crate::real::Real;
+use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
 use crate::tick;
-use crate::trace::{FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status};
+use crate::trace::{
+    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status,
+};
 
 /// What a command asks of the tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
     /// Of the supervisor.
     Request(Request),
-    /// Plays a signal, if armed. What plays it was made outside the tick, which has no time for divisions.
-    Play(Player<f32>),
+    /// Plays a signal within its bounds, if armed. What plays it was made outside the tick, which has no time for
+    /// divisions.
+    Play(Player<f32>, Bounds<f32>),
 }
 
 /// What the hardware says at a tick.
@@ -52,6 +57,14 @@ pub struct Controller {
     state: tick::State<f32>,
     player: Player<f32>,
     playing: bool,
+    guard: Guard,
+    /// Largest speed and torque that neither the guard nor the supervisor has to look at.
+    usual_speed_rad_s: f32,
+    usual_torque_nm: f32,
+    begin_tick: u32,
+    /// [`End`] at its place in the flags.
+    ended: u8,
+    stop_asked: bool,
     supervisor: Supervisor,
     tick: u32,
     /// Of a tick to which the supervisor has nothing to say.
@@ -65,6 +78,12 @@ impl Controller {
             state: config.tick.start(raw),
             player: Player::new(SILENCE, config.tick_s),
             playing: false,
+            guard: Guard::new(&Bounds::open(u32::MAX), 1.0, 0, raw),
+            usual_speed_rad_s: config.limits.speed_rad_s,
+            usual_torque_nm: config.limits.torque_nm,
+            begin_tick: 0,
+            ended: 0,
+            stop_asked: false,
             supervisor: Supervisor::new(watchdog_reset),
             tick: 0,
             usual_status: Status::default(),
@@ -72,16 +91,27 @@ impl Controller {
     }
 
     #[inline(always)]
-    fn flags(&self, drive_enabled: bool) -> u8 {
+    fn flags(&self, experiment: bool, drive_enabled: bool) -> u8 {
         let flag = |on: bool, flag: u8| u8::from(on) * flag;
-        flag(self.playing, FLAG_EXPERIMENT)
+        flag(experiment, FLAG_EXPERIMENT)
             | flag(drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
+            | self.ended
     }
 
+    /// Prepares what a usual tick uses.
     #[inline(always)]
-    fn status_when_usual(&self) -> Status {
-        Status::new(State::Armed, Limit::None, Fault::None, self.flags(true))
+    fn prepare(&mut self, config: &Config) {
+        let flags = self.flags(self.playing, true);
+        self.usual_status = Status::new(State::Armed, Limit::None, Fault::None, flags);
+        let limits = &config.limits;
+        let (mut speed_rad_s, mut torque_nm) = (limits.speed_rad_s, limits.torque_nm);
+        if self.playing {
+            speed_rad_s = speed_rad_s.least(self.guard.speed_rad_s);
+            torque_nm = torque_nm.least(self.guard.torque_nm);
+        }
+        self.usual_speed_rad_s = speed_rad_s;
+        self.usual_torque_nm = torque_nm;
     }
 
     /// Samples rejected by encoder, Luenberger-like and time-free observer.
@@ -124,19 +154,19 @@ impl Controller {
             step_counts: sample.step_counts,
             alarms: alarms.and(Alarms::REJECTED.when(sample.rejected)),
         };
-        let usual = self.supervisor.usual(&config.limits, &seen);
+        let usual = if self.guard.calls(self.tick, input.raw) {
+            cold_path();
+            None
+        } else {
+            let (speed_rad_s, torque_nm) = (self.usual_speed_rad_s, self.usual_torque_nm);
+            self.supervisor
+                .usual(&config.limits, speed_rad_s, torque_nm, &seen)
+        };
         let (verdict, status) = if let Some(verdict) = usual {
             (verdict, self.usual_status)
         } else {
             cold_path();
-            let verdict = self.supervisor.unusual(&config.limits, &seen);
-            if verdict.state != State::Armed {
-                self.end_experiment(config);
-            }
-            let flags = self.flags(verdict.drive_enabled);
-            self.usual_status = self.status_when_usual();
-            let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
-            (verdict, status)
+            self.unusual(config, &seen)
         };
         self.state.put_out(verdict.torque_nm);
         let record = Record {
@@ -158,34 +188,62 @@ impl Controller {
 }
 
 impl Controller {
+    /// A tick in which guard or supervisor may have something to say.
+    #[inline(always)]
+    fn unusual(&mut self, config: &Config, seen: &Observation) -> (Verdict, Status) {
+        let mut end = End::None;
+        if self.playing {
+            let counts = config.tick.position_counts(&self.state.encoder);
+            let (velocity, wanted) = (seen.velocity_rad_s, seen.wanted_nm);
+            end = self.guard.step(self.tick, counts, velocity, wanted);
+            if end != End::None {
+                self.supervisor.stop();
+            }
+        }
+        let verdict = self.supervisor.unusual(&config.limits, seen);
+        if verdict.state == State::Fault {
+            end = End::Fault;
+        } else if verdict.state != State::Armed || self.stop_asked {
+            end = End::Stopped;
+        }
+        self.stop_asked = false;
+        let mut experiment = self.playing;
+        if self.playing && end != End::None {
+            // What was stopped does not resume.
+            self.playing = false;
+            self.ended = (end as u8) << END_SHIFT;
+            self.player = Player::new(SILENCE, config.tick_s);
+            // One that ends in the tick in which it begins has been seen to begin.
+            experiment = self.begin_tick == self.tick;
+        }
+        let flags = self.flags(experiment, verdict.drive_enabled);
+        self.prepare(config);
+        let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
+        (verdict, status)
+    }
+
     /// Takes an order, before the step of the tick that follows it.
     #[inline(always)]
     pub fn obey(&mut self, config: &Config, order: &Order) {
         match order {
             Order::Request(request) => {
                 self.supervisor.ask(*request);
-                if *request == Request::Stop {
-                    self.end_experiment(config);
-                }
+                self.stop_asked |= *request == Request::Stop;
             }
-            Order::Play(player) => {
+            Order::Play(player, bounds) => {
                 if self.supervisor.may_start() {
                     self.player = *player;
+                    let rad_per_count = config.tick.luenberger.settings().rad_per_count;
+                    let raw = self.state.encoder.reading();
+                    self.guard = Guard::new(bounds, rad_per_count, self.tick, raw);
                     self.playing = true;
+                    self.ended = 0;
+                    self.begin_tick = self.tick;
                     self.state.begin_experiment();
                 }
                 self.supervisor.ask(Request::Start);
+                self.prepare(config);
             }
-        }
-        self.usual_status = self.status_when_usual();
-    }
-
-    /// What was stopped does not resume.
-    #[inline(always)]
-    fn end_experiment(&mut self, config: &Config) {
-        if self.playing {
-            self.playing = false;
-            self.player = Player::new(SILENCE, config.tick_s);
         }
     }
 
@@ -193,6 +251,7 @@ impl Controller {
     #[inline(always)]
     pub fn take_over(&mut self, config: &Config) {
         config.tick.take_over(&mut self.state);
+        self.prepare(config);
     }
 }
 
@@ -222,7 +281,7 @@ mod tests {
             amplitude_nm,
             period_ticks: 10_000,
         };
-        Order::Play(Player::new(experiment, TICK_S))
+        Order::Play(Player::new(experiment, TICK_S), Bounds::open(u32::MAX))
     }
 
     /// Armed at tick 200 with the axis at rest.
@@ -279,6 +338,96 @@ mod tests {
             .collect();
         assert!(torques.windows(2).all(|pair| pair[1] <= pair[0]));
         assert_eq!(torques[199], 0.0);
+    }
+
+    /// Plays a sine of 0.03 N m within bounds until it ends: its ticks, why, and the torques from then on.
+    fn ended(bounds: Bounds<f32>, raw: impl Fn(u32) -> u32) -> (u32, End, Vec<f32>) {
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let mut controller = armed(&config);
+        let sine = Experiment::Sine {
+            amplitude_nm: 0.03,
+            period_ticks: 10_000,
+        };
+        controller.obey(&config, &Order::Play(Player::new(sine, TICK_S), bounds));
+        for k in 0..5000 {
+            let record = controller.step(&config, &well(raw(k))).record;
+            if record.status.flags() & FLAG_EXPERIMENT == 0 {
+                let end = record.status.ended().unwrap();
+                let rest = (0..100)
+                    .map(|_| controller.step(&config, &well(raw(k))))
+                    .map(|output| {
+                        assert_eq!(output.record.status.ended(), Some(end));
+                        output.torque_nm
+                    });
+                let torques = core::iter::once(record.torque_ref_nm).chain(rest);
+                return (k, end, torques.collect());
+            }
+            assert_eq!(record.status.ended(), Some(End::None));
+        }
+        panic!("it did not end")
+    }
+
+    #[test]
+    fn a_bound_that_is_passed_ends_the_experiment_with_its_reason() {
+        let open = Bounds::open(4000);
+        let at_rest = |_| 7;
+        let (ticks, end, torques) = ended(Bounds { ticks: 300, ..open }, at_rest);
+        assert_eq!((ticks, end), (300, End::Finished));
+        // Down by the ramp, 1e-4 N m a tick, from 0.03 sin(2 pi 0.03) = 5.6e-3.
+        assert!(torques.windows(2).all(|pair| pair[1] <= pair[0]));
+        assert!(torques[0] > 5e-3 && torques[99] == 0.0);
+        // 0.03 sin(2 pi t) passes 0.01 N m at 0.0541 s; the torque itself never does.
+        let torque_nm = 0.01;
+        let (ticks, end, torques) = ended(Bounds { torque_nm, ..open }, at_rest);
+        assert_eq!((ticks, end), (541, End::Torque));
+        assert!(torques[0] <= torque_nm);
+        // A count every 25 ticks: 0.1 rad are 261 counts.
+        let crawl = |k: u32| 7_u32.wrapping_sub(k / 25);
+        let travel_rad = 0.02;
+        let (ticks, end, _) = ended(Bounds { travel_rad, ..open }, crawl);
+        // 52 counts are allowed.
+        assert_eq!((ticks, end), (53 * 25, End::Travel));
+        // Ten counts a tick are 38 rad/s.
+        let fast = |k: u32| 7 + 10 * k;
+        let speed_rad_s = 5.0;
+        let (_, end, _) = ended(
+            Bounds {
+                speed_rad_s,
+                ..open
+            },
+            fast,
+        );
+        assert_eq!(end, End::Speed);
+        // Ends in the tick in which it begins, which shows both.
+        let mut controller = armed(&BENCH.build(TICK_S, 1).unwrap());
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let ladder = Experiment::SpeedLadder {
+            top_rad_s: 10.0,
+            ratio: 0.5,
+            hold_ticks: 10,
+        };
+        let player = Player::new(ladder, TICK_S);
+        let order = Order::Play(player, Bounds { torque_nm, ..open });
+        let output = ordered(&mut controller, &config, 7, order);
+        let status = output.record.status;
+        assert_eq!(status.ended(), Some(End::Torque));
+        assert!(status.flags() & FLAG_EXPERIMENT != 0 && output.torque_nm == 0.0);
+        let next = controller.step(&config, &well(7)).record.status;
+        assert_eq!(next.ended(), Some(End::Torque));
+        assert_eq!(next.flags() & FLAG_EXPERIMENT, 0);
+    }
+
+    #[test]
+    fn a_stop_and_a_fault_end_an_experiment_with_their_reasons() {
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let mut controller = armed(&config);
+        ordered(&mut controller, &config, 7, sine(0.01));
+        let stopped = ordered(&mut controller, &config, 7, Order::Request(Request::Stop));
+        assert_eq!(stopped.record.status.ended(), Some(End::Stopped));
+        let again = ordered(&mut controller, &config, 7, sine(0.01));
+        assert_eq!(again.record.status.ended(), Some(End::None));
+        let fault = controller.step(&config, &well(100_000));
+        assert_eq!(fault.record.status.ended(), Some(End::Fault));
     }
 
     #[test]

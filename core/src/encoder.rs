@@ -24,6 +24,14 @@ pub struct State {
     pub rejected: u32,
 }
 
+impl State {
+    /// The counter's last reading.
+    #[inline]
+    pub fn reading(&self) -> u32 {
+        self.last
+    }
+}
+
 impl Encoder {
     /// Counts per turn (per metre on a linear axis) and the largest step between two samples that the axis can make.
     ///

@@ -42,6 +42,7 @@ macro_rules! codes {
         }
     };
 }
+pub(crate) use codes;
 
 codes! {
     /// Where the supervisor stands.
@@ -302,6 +303,14 @@ impl Supervisor {
         self.index.seen()
     }
 
+    /// Takes the torque down by a ramp, as [`Request::Stop`] does, if armed.
+    pub fn stop(&mut self) {
+        if self.state == State::Armed {
+            self.stopping = true;
+            self.settle();
+        }
+    }
+
     /// True if an experiment may begin in this tick.
     #[inline]
     pub fn may_start(&self) -> bool {
@@ -339,7 +348,8 @@ impl Supervisor {
     /// One tick.
     #[inline]
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
-        if let Some(verdict) = self.usual(limits, seen) {
+        let (speed_rad_s, torque_nm) = (limits.speed_rad_s, limits.torque_nm);
+        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, seen) {
             return verdict;
         }
         cold_path();
@@ -349,9 +359,15 @@ impl Supervisor {
     /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong, nothing is limited. Else
     /// `None`, and [`Self::unusual`] is what remains to be done.
     ///
-    /// What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
+    /// The largest speed and torque that are usual are the limits, or less. What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
     #[inline]
-    pub(crate) fn usual(&mut self, limits: &Limits, seen: &Observation) -> Option<Verdict> {
+    pub(crate) fn usual(
+        &mut self,
+        limits: &Limits,
+        usual_speed_rad_s: f32,
+        usual_torque_nm: f32,
+        seen: &Observation,
+    ) -> Option<Verdict> {
         if seen.alarms.and(self.held) != Alarms::default() {
             cold_path();
             return None;
@@ -372,8 +388,8 @@ impl Supervisor {
         let change_nm = torque_nm - self.torque_nm + (seen.z_rad - seen.z_rad);
         // Written so that a NaN fails it.
         let usual = self.ticks_silent < limits.command_ticks
-            && seen.velocity_rad_s.abs() <= limits.speed_rad_s
-            && torque_nm.abs() <= limits.torque_nm
+            && seen.velocity_rad_s.abs() <= usual_speed_rad_s
+            && torque_nm.abs() <= usual_torque_nm
             && change_nm.abs() <= limits.slew_nm;
         if !usual {
             cold_path();

@@ -8,7 +8,7 @@
 mod ring;
 
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Experiment, Player};
+use bristle_core::experiment::{Bounds, Experiment, Player};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::observer::reduced_order::{self, System};
@@ -200,7 +200,10 @@ pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     };
     let order = match order {
         1 => Some(Order::Request(Request::Arm)),
-        2 => Some(Order::Play(Player::new(sine, TICK_S))),
+        2 => Some(Order::Play(
+            Player::new(sine, TICK_S),
+            Bounds::open(u32::MAX),
+        )),
         3 => Some(Order::Request(Request::KeepAlive)),
         _ => None,
     };
