@@ -46,9 +46,9 @@ pub struct Output {
 }
 
 /// No torque, for ever.
-const SILENCE: Experiment<f32> = Experiment::Prbs {
+const SILENCE: Experiment<f32> = Experiment::Sine {
     amplitude_nm: 0.0,
-    clock_ticks: 1,
+    period_ticks: 2,
 };
 
 /// Everything that a tick changes.
@@ -217,7 +217,6 @@ impl Controller {
             experiment = self.begin_tick == self.tick;
         }
         let flags = self.flags(experiment, verdict.drive_enabled);
-        self.prepare(config);
         let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
         (verdict, status)
     }
@@ -228,7 +227,12 @@ impl Controller {
         match order {
             Order::Request(request) => {
                 self.supervisor.ask(*request);
-                self.stop_asked |= *request == Request::Stop;
+                match request {
+                    Request::Stop => self.stop_asked = true,
+                    // Torque may flow from here on.
+                    Request::Start => self.prepare(config),
+                    _ => {}
+                }
             }
             Order::Play(player, bounds) => {
                 if self.supervisor.may_start() {

@@ -82,12 +82,15 @@ impl Encoder {
             state.rejected = state.rejected.saturating_add(1);
             return None;
         }
-        if counts >= self.counts_per_turn {
-            counts -= self.counts_per_turn;
-            state.turns = state.turns.wrapping_add(1);
-        } else if counts < 0 {
-            counts += self.counts_per_turn;
-            state.turns = state.turns.wrapping_sub(1);
+        // Both ends of the turn with one comparison.
+        if counts.cast_unsigned() >= self.counts_per_turn.cast_unsigned() {
+            let (back, turn) = if counts < 0 {
+                (self.counts_per_turn, -1)
+            } else {
+                (-self.counts_per_turn, 1)
+            };
+            counts += back;
+            state.turns = state.turns.wrapping_add(turn);
         }
         state.counts_in_turn = counts;
         Some(step)
