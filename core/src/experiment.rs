@@ -348,7 +348,6 @@ impl<T: Real> Player<T> {
     }
 }
 
-
 #[inline(always)]
 fn sine_and_cosine<T: Real>(turns: T) -> (T, T) {
     (sine_of_turns(turns), sine_of_turns(turns + T::of(0.25)))

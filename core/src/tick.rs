@@ -208,10 +208,11 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// One tick towards a reference that comes from elsewhere.
     #[inline]
     pub fn follow(&self, state: &mut State<T>, raw: u32, reference: Reference<T>) -> Sample<T> {
-        let sample = self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
-            self.control
-                .step(control, reference, position_rad, velocity_rad_s)
-        });
+        let sample =
+            self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
+                self.control
+                    .step(control, reference, position_rad, velocity_rad_s)
+            });
         state.put_out(sample.torque_ref_nm);
         sample
     }
@@ -225,12 +226,11 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         control: impl FnOnce(&mut control::State<T>, T, T) -> T,
     ) -> Sample<T> {
         let torque_nm = self.torque_path.felt(&mut state.torque_path);
-        let (step_counts, rejected, time_free_z_rad) = match self.encoder.update(&mut state.encoder, raw) {
-            Some(step) => {
-                (step, false, self.observe(state, step, torque_nm))
-            }
-            None => (0, true, state.time_free.z_rad),
-        };
+        let (step_counts, rejected, time_free_z_rad) =
+            match self.encoder.update(&mut state.encoder, raw) {
+                Some(step) => (step, false, self.observe(state, step, torque_nm)),
+                None => (0, true, state.time_free.z_rad),
+            };
         let estimate = state.luenberger.estimate;
         let position_rad = self.position_rad(&state.encoder);
         let torque_ref_nm = control(&mut state.control, position_rad, estimate.velocity_rad_s);

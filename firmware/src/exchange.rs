@@ -179,9 +179,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     unsafe {
         SLOTS[0].fill(Parameters::new(config));
         SHARED.next.store(SLOTS[0].pointer(), Ordering::Relaxed);
-        SHARED
-            .active
-            .store(SLOTS[0].pointer(), Ordering::Relaxed);
+        SHARED.active.store(SLOTS[0].pointer(), Ordering::Relaxed);
         SHARED.side.fill(TickSide {
             controller,
             entered: 0,

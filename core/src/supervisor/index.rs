@@ -29,7 +29,8 @@ impl Index {
         }
         let turn = limits.counts_per_turn;
         let allowed = limits.index_counts;
-        let near = |off: i32| off.wrapping_add(allowed).cast_unsigned() <= 2 * allowed.cast_unsigned();
+        let near =
+            |off: i32| off.wrapping_add(allowed).cast_unsigned() <= 2 * allowed.cast_unsigned();
         let distance = index.wrapping_sub(self.reference).cast_signed();
         // The same index again, or one a turn further.
         let mut off = distance;

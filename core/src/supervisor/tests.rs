@@ -133,7 +133,14 @@ fn every_fault_takes_the_drive_away_and_stays() {
             },
             1,
         ),
-        (Fault::DeadlineMissed, Observation { alarms: Alarms::LATE, ..WELL }, 1),
+        (
+            Fault::DeadlineMissed,
+            Observation {
+                alarms: Alarms::LATE,
+                ..WELL
+            },
+            1,
+        ),
         (
             Fault::StuckEncoder,
             Observation {

@@ -54,7 +54,9 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let mut session = Session::new(&image, &table).unwrap();
     session.raw = Some(Box::new(File::create(&raw).unwrap()));
     session.arm().unwrap();
-    session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
+    session
+        .ask(&Command::Play(SINE, Bounds::open(u32::MAX)))
+        .unwrap();
     session.run(TICKS).unwrap();
 
     let summary = capture(&raw, &path);

@@ -36,7 +36,9 @@ fn sine_from_reset_to_log_equals_the_host() {
     let table = common::table(&image);
     let mut session = Session::new(&image, &table).unwrap();
     let armed = session.arm().unwrap();
-    let reply = session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
+    let reply = session
+        .ask(&Command::Play(SINE, Bounds::open(u32::MAX)))
+        .unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     let begun = Instant::now();
     let first = session.ticks();

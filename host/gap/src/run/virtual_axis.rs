@@ -5,7 +5,7 @@ use crate::believed::{Believed, Noise};
 use crate::capture::Sample;
 use crate::error::InputError;
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::experiment::{Bounds, Experiment, Player};
 use bristle_core::parameters::Config;
 use bristle_core::supervisor::{Limits, Request};
 use bristle_plant::axis::{Axis, Truth};
@@ -56,10 +56,11 @@ impl Virtual {
         let reading = self.axis.reading();
         let input = Input {
             raw: reading.raw(),
-            drive_healthy: true,
-            order,
             ..Input::default()
         };
+        if let Some(order) = order {
+            self.controller.obey(&self.config, &order);
+        }
         let output = self.controller.step(&self.config, &input);
         self.axis.advance(f64::from(output.torque_nm));
         let sample = Sample {
@@ -90,7 +91,8 @@ impl Bench for Virtual {
             .admit(experiment, &self.config.limits, self.config.tick_s)
             .map_err(|refusal| refused(refusal.text()))?;
         let mut seen = Seen::default();
-        let mut order = Some(Order::Play(*experiment, *bounds));
+        let player = Player::new(*experiment, self.config.tick_s);
+        let mut order = Some(Order::Play(player, *bounds));
         let mut stops = false;
         loop {
             let (sample, truth) = self.tick(order.take())?;
