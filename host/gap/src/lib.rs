@@ -9,6 +9,7 @@ pub mod capture;
 pub mod error;
 pub mod experiments;
 mod input;
+pub mod inverse;
 pub mod log;
 mod names;
 pub mod observe;

@@ -6,7 +6,7 @@
 
 use crate::contact::{Contact, Levels};
 use crate::drive::{Drive, DriveConfig};
-use crate::effect::{Effect, Instant, Plain};
+use crate::effect::{Effect, Instant, Plain, friction_nm};
 use crate::encoder::{EncoderConfig, Reading};
 use crate::mechanics::{Mechanics, Motion};
 use rand_chacha::ChaCha8Rng;
@@ -26,7 +26,7 @@ pub struct AxisConfig {
     pub torque_noise_nm: f64,
     /// Length of a sample, s.
     pub sample_time_s: f64,
-    /// Steps in a sample.
+    /// Steps in a sample, at least: effects may ask for more.
     pub steps: u32,
     /// Seed of all noise.
     pub seed: u64,
@@ -204,7 +204,7 @@ impl Axis {
                 .config
                 .mechanics
                 .torque_at_friction_nm(&self.motion, torque);
-            let friction = self.rub(&now, applied, holds);
+            let friction = friction_nm(self.contact.as_mut(), &mut self.effects, &now, applied);
             let before = self.motion.velocity_rad_s;
             self.config.mechanics.kick(
                 &mut self.motion,
@@ -235,32 +235,6 @@ impl Axis {
             .encoder
             .read(now.motion.position_rad + noise, self.reading.counts);
         self.reading
-    }
-
-    /// Friction torque of a step with the effects in it.
-    fn rub(&mut self, now: &Instant, applied_nm: f64, holds: bool) -> f64 {
-        let velocity_rad_s = now.motion.load_velocity_rad_s;
-        // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
-        let held = holds
-            && !self.effects.is_empty()
-            && self.contact.steady_state_nm(velocity_rad_s) == 0.0;
-        let mut friction = self.contact.step(bristle_core::friction::Motion {
-            velocity_rad_s,
-            applied_nm: if held {
-                f64::MAX.copysign(applied_nm)
-            } else {
-                applied_nm
-            },
-            dt_s: now.step_s,
-        });
-        for effect in &mut self.effects {
-            friction = effect.friction(now, friction);
-        }
-        if held && applied_nm.abs() <= friction.abs() {
-            applied_nm
-        } else {
-            friction
-        }
     }
 
     /// A standard normal number, or zero without drawing one where the noise it is for is zero.

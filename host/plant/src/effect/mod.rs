@@ -39,7 +39,7 @@ mod sensor_quantization;
 #[cfg(test)]
 mod testing;
 
-pub use hook::{Coupling, Effect, Instant, Plain};
+pub use hook::{Coupling, Effect, Instant, Plain, friction_nm};
 pub use parameter::{Entry, Kind, Parameter, Scale};
 
 use crate::unit::Unit;
@@ -98,15 +98,15 @@ impl fmt::Display for EffectError {
 
 impl std::error::Error for EffectError {}
 
-/// Makes an effect from its id and named values for an axis.
+/// The entry of an id and its values in the order of its parameters, from named ones and defaults.
 ///
 /// # Errors
 /// An id or a parameter that does not exist, or a value that is not finite.
-pub fn build(
+pub fn values(
     id: &str,
-    values: &BTreeMap<String, f64>,
+    named: &BTreeMap<String, f64>,
     unit: Unit,
-) -> Result<Box<dyn Effect>, EffectError> {
+) -> Result<(&'static Entry, Vec<f64>), EffectError> {
     let Some(entry) = ALL.iter().find(|entry| entry.id == id) else {
         return Err(EffectError {
             what: format!("effect {id} does not exist"),
@@ -114,7 +114,7 @@ pub fn build(
         });
     };
     let mut chosen: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
-    for (name, &value) in values {
+    for (name, &value) in named {
         let place = entry.parameters.iter().position(|p| p.name(unit) == name);
         match place {
             Some(i) if value.is_finite() => chosen[i] = value,
@@ -129,7 +129,20 @@ pub fn build(
             }
         }
     }
-    Ok((entry.build)(&chosen, unit))
+    Ok((entry, chosen))
+}
+
+/// Makes an effect from its id and named values for an axis.
+///
+/// # Errors
+/// See [`values`].
+pub fn build(
+    id: &str,
+    named: &BTreeMap<String, f64>,
+    unit: Unit,
+) -> Result<Box<dyn Effect>, EffectError> {
+    let (entry, values) = values(id, named, unit)?;
+    Ok((entry.build)(&values, unit))
 }
 
 #[cfg(test)]
