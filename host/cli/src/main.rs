@@ -4,6 +4,7 @@ mod bench;
 mod capture;
 mod check;
 mod compare;
+mod effects;
 mod link;
 mod observe;
 mod output;
@@ -36,6 +37,7 @@ enum Command {
     Simulate(simulate::Args),
     Check(check::Args),
     Compare(compare::Args),
+    Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
     /// Print shell completions.
@@ -72,6 +74,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
         Command::Completions { shell } => {

@@ -15,6 +15,7 @@ mod names;
 pub mod observe;
 pub mod output;
 pub mod report;
+pub mod scale;
 pub mod signal;
 pub mod simulate;
 
