@@ -6,6 +6,7 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod diagnose;
 pub mod error;
 pub mod experiments;
 mod input;
@@ -14,10 +15,13 @@ pub mod log;
 mod names;
 pub mod observe;
 pub mod output;
+pub mod plan;
 pub mod report;
+pub mod run;
 pub mod scale;
 pub mod signal;
 pub mod simulate;
+mod toml_text;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -6,7 +6,7 @@
 
 use crate::contact::{Contact, Levels};
 use crate::drive::{Drive, DriveConfig};
-use crate::effect::{Effect, Instant, Plain, friction_nm};
+use crate::effect::{Effect, Instant, Plain};
 use crate::encoder::{EncoderConfig, Reading};
 use crate::mechanics::{Mechanics, Motion};
 use rand_chacha::ChaCha8Rng;
@@ -59,7 +59,8 @@ pub struct Truth {
     pub z_rad: f64,
     /// Friction torque, N m.
     pub friction_nm: f64,
-    /// Mean torque on the rotor during the sample, without noise, N m.
+    /// Mean torque that the drive put out during the sample, before what actuator effects and noise make of it, N m: what
+    /// a measured current stands for.
     pub torque_nm: f64,
 }
 
@@ -97,6 +98,37 @@ fn steps_with(
         steps = steps.max(steps_for(config.sample_time_s, fastest));
     }
     steps
+}
+
+/// Friction torque of a step with the effects in it, N m, on what moves with the load's velocity.
+pub fn rub(
+    contact: &mut dyn Contact,
+    effects: &mut [Box<dyn Effect>],
+    now: &Instant,
+    applied_nm: f64,
+) -> f64 {
+    let velocity_rad_s = now.motion.load_velocity_rad_s;
+    // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
+    let held = !effects.is_empty()
+        && contact.holds_at_rest()
+        && contact.steady_state_nm(velocity_rad_s) == 0.0;
+    let mut friction = contact.step(bristle_core::friction::Motion {
+        velocity_rad_s,
+        applied_nm: if held {
+            f64::MAX.copysign(applied_nm)
+        } else {
+            applied_nm
+        },
+        dt_s: now.step_s,
+    });
+    for effect in effects {
+        friction = effect.friction(now, friction);
+    }
+    if held && applied_nm.abs() <= friction.abs() {
+        applied_nm
+    } else {
+        friction
+    }
 }
 
 impl Axis {
@@ -190,10 +222,10 @@ impl Axis {
                 acceleration_rad_s2: self.acceleration_rad_s2,
                 torque_nm: self.drive.advance(step_s, self.keeps),
             };
+            sum += now.torque_nm;
             for effect in &mut self.effects {
                 now.torque_nm = effect.actuator(&now);
             }
-            sum += now.torque_nm;
             let mut torque = now.torque_nm + noise_nm;
             let mut inertia_share = 1.0;
             for effect in &mut self.effects {
@@ -204,7 +236,7 @@ impl Axis {
                 .config
                 .mechanics
                 .torque_at_friction_nm(&self.motion, torque);
-            let friction = friction_nm(self.contact.as_mut(), &mut self.effects, &now, applied);
+            let friction = rub(self.contact.as_mut(), &mut self.effects, &now, applied);
             let before = self.motion.velocity_rad_s;
             self.config.mechanics.kick(
                 &mut self.motion,

@@ -3,7 +3,7 @@
 //! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
 //! dead zone or a limit explains everything by removing all torque.
 
-use super::follow::{Running, left_over};
+use super::follow::{MakeSensors, Running, left_over};
 use super::record::Record;
 use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
@@ -64,6 +64,9 @@ pub enum Owner {
     Own(Own),
     /// The parameter of an effect, both by their place.
     Effect(usize, usize),
+    /// The parameter of an effect on one record alone: effect, parameter and record by their place. A record's clock
+    /// says nothing of the phase of what repeats in time.
+    OnRecord(usize, usize, usize),
 }
 
 /// A parameter that may move, and what is believed of it.
@@ -147,12 +150,21 @@ pub struct Model {
     pub effects: Vec<Added>,
     /// What may move.
     pub free: Vec<Free>,
+    /// The effects change how much of the effort arrives, so that the rest is to be read in recorded effort. Otherwise an
+    /// effect would explain everything by making torque small.
+    pub scales_effort: bool,
 }
+
+/// Change of effort from which its gain is taken.
+const GAIN_STEP: f64 = 1e-3;
+/// Least part of the effort that must arrive.
+const LEAST_GAIN: f64 = 0.05;
 
 /// The values of a model at one point.
 pub struct Point {
     believed: Believed,
     effects: Vec<Added>,
+    on_records: Vec<(usize, usize, usize, f64)>,
     skew_s: f64,
 }
 
@@ -179,6 +191,7 @@ impl Model {
         let mut point = Point {
             believed: self.believed.clone(),
             effects: self.effects.clone(),
+            on_records: Vec::new(),
             skew_s: 0.0,
         };
         let mut excess = self.believed.stiction_nm / self.believed.coulomb_nm - 1.0;
@@ -187,6 +200,9 @@ impl Model {
             let believed = &mut point.believed;
             match free.owner {
                 Owner::Effect(effect, parameter) => point.effects[effect].values[parameter] = value,
+                Owner::OnRecord(effect, parameter, record) => {
+                    point.on_records.push((effect, parameter, record, value));
+                }
                 Owner::Own(own) => match own {
                     Own::Inertia => {
                         let share = value / believed.whole_inertia_kg_m2();
@@ -218,13 +234,71 @@ impl Model {
     pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
         let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
-        for record in records {
+        let mut more = Vec::new();
+        for (place, record) in records.iter().enumerate() {
+            let first = out.len();
             for stretch in &record.stretches {
-                left_over(record, stretch, point.running(record)?, &mut out);
+                left_over(
+                    record,
+                    stretch,
+                    point.running(record, place, 1.0)?,
+                    &mut out,
+                );
+            }
+            if !self.scales_effort {
+                continue;
+            }
+            more.clear();
+            for stretch in &record.stretches {
+                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
+                left_over(record, stretch, running, &mut more);
+            }
+            let gain = gain(record, &out[first..], &more).max(LEAST_GAIN);
+            for rest in &mut out[first..] {
+                *rest /= gain;
             }
         }
         Ok(out)
     }
+
+    /// Whether the effects change how much of the effort arrives at a point.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn changes_gain(&self, records: &[Record], at: &[f64]) -> Result<bool, InputError> {
+        let point = self.at(at);
+        for (place, record) in records.iter().enumerate() {
+            let (mut one, mut more) = (Vec::new(), Vec::new());
+            for stretch in &record.stretches {
+                left_over(
+                    record,
+                    stretch,
+                    point.running(record, place, 1.0)?,
+                    &mut one,
+                );
+                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
+                left_over(record, stretch, running, &mut more);
+            }
+            if (gain(record, &one, &more) - 1.0).abs() > 0.01 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// Part of a change of effort that arrives in the rest, by least squares over a record.
+fn gain(record: &Record, one: &[f64], more: &[f64]) -> f64 {
+    let efforts = record
+        .stretches
+        .iter()
+        .flat_map(|stretch| &stretch.effort_nodes_nm);
+    let (mut product, mut square) = (0.0, 0.0);
+    for ((effort, one), more) in efforts.zip(one).zip(more) {
+        product += (more - one) / GAIN_STEP * effort;
+        square += effort * effort;
+    }
+    if square > 0.0 { product / square } else { 1.0 }
 }
 
 impl Point {
@@ -238,12 +312,18 @@ impl Point {
         &self.effects
     }
 
-    fn running(&self, record: &Record) -> Result<Running, InputError> {
+    fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
         let believed = &self.believed;
+        let mut all = self.effects.clone();
+        for &(effect, parameter, on, value) in &self.on_records {
+            if on == place {
+                all[effect].values[parameter] = value;
+            }
+        }
         let of_sensor = |added: &&Added| added.entry.id.starts_with("sensor.");
         let unit = believed.unit;
         let build = |added: &Added| (added.entry.build)(&added.values, unit);
-        let sensors: Vec<Added> = self.effects.iter().filter(of_sensor).cloned().collect();
+        let sensors: Vec<Added> = all.iter().filter(of_sensor).cloned().collect();
         let inertia_kg_m2 = believed.whole_inertia_kg_m2();
         Ok(Running {
             inertia_kg_m2,
@@ -260,14 +340,13 @@ impl Point {
             } else {
                 DriveConfig::default()
             },
-            effects: self
-                .effects
+            effects: all
                 .iter()
                 .filter(|added| !of_sensor(added))
                 .map(build)
                 .collect(),
             sensors: (!sensors.is_empty()).then(|| {
-                let make: Box<dyn Fn() -> _> = Box::new(move || {
+                let make: MakeSensors = Box::new(move || {
                     sensors
                         .iter()
                         .map(|added| (added.entry.build)(&added.values, unit))
@@ -276,6 +355,7 @@ impl Point {
                 make
             }),
             skew_samples: self.skew_s / record.step_s,
+            times,
         })
     }
 }

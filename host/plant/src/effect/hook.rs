@@ -89,39 +89,6 @@ pub trait Effect: Send {
     }
 }
 
-/// Friction torque of a step of the body that friction acts on, with the effects in it, N m. `applied_nm` is the sum of all
-/// other torques on it.
-///
-/// A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
-pub fn friction_nm(
-    contact: &mut dyn Contact,
-    effects: &mut [Box<dyn Effect>],
-    now: &Instant,
-    applied_nm: f64,
-) -> f64 {
-    let velocity_rad_s = now.motion.load_velocity_rad_s;
-    let held = !effects.is_empty()
-        && contact.holds_at_rest()
-        && contact.steady_state_nm(velocity_rad_s) == 0.0;
-    let mut friction = contact.step(bristle_core::friction::Motion {
-        velocity_rad_s,
-        applied_nm: if held {
-            f64::MAX.copysign(applied_nm)
-        } else {
-            applied_nm
-        },
-        dt_s: now.step_s,
-    });
-    for effect in effects {
-        friction = effect.friction(now, friction);
-    }
-    if held && applied_nm.abs() <= friction.abs() {
-        applied_nm
-    } else {
-        friction
-    }
-}
-
 /// A part of the inertia behind a spring, a damper and a play.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {

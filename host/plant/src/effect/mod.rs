@@ -39,7 +39,7 @@ mod sensor_quantization;
 #[cfg(test)]
 mod testing;
 
-pub use hook::{Coupling, Effect, Instant, Plain, friction_nm};
+pub use hook::{Coupling, Effect, Instant, Plain};
 pub use parameter::{Entry, Kind, Parameter, Scale};
 
 use crate::unit::Unit;
