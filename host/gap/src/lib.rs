@@ -18,6 +18,7 @@ pub mod output;
 pub mod plan;
 pub mod report;
 pub mod run;
+pub mod scale;
 pub mod signal;
 pub mod simulate;
 mod toml_text;

@@ -26,7 +26,7 @@ pub struct AxisConfig {
     pub torque_noise_nm: f64,
     /// Length of a sample, s.
     pub sample_time_s: f64,
-    /// Steps in a sample.
+    /// Steps in a sample, at least: effects may ask for more.
     pub steps: u32,
     /// Seed of all noise.
     pub seed: u64,
