@@ -101,6 +101,7 @@ fn steps_with(
 }
 
 /// Friction torque of a step with the effects in it, N m, on what moves with the load's velocity.
+#[inline]
 pub fn rub(
     contact: &mut dyn Contact,
     effects: &mut [Box<dyn Effect>],
