@@ -6,17 +6,23 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod diagnose;
 pub mod error;
 pub mod experiments;
 pub mod identify;
 mod input;
+pub mod inverse;
 pub mod log;
 mod names;
 pub mod observe;
 pub mod output;
+pub mod plan;
 pub mod report;
+pub mod run;
 pub mod signal;
 pub mod simulate;
+mod toml_text;
+pub mod trial;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;
