@@ -177,6 +177,7 @@ impl Attempt<'_> {
             believed: believed.clone(),
             effects: Vec::new(),
             free: Vec::new(),
+            scales_effort: false,
         };
         let all = model.left_over(&records, &[])?;
         let moves = records.iter().flat_map(|record| {
