@@ -141,13 +141,13 @@ fn judge(expected: Expected, truth: &[&str], kind: Kind, said: &[String]) -> Out
         (_, Kind::Unknown) => Outcome::Unknown,
         (Expected::Unknown, Kind::Ambiguous) => Outcome::Tied,
         (Expected::Effects, Kind::Effect | Kind::Effects) if no_other => {
-            if truth.iter().all(|id| held(id)) {
+            if truth.iter().all(held) {
                 Outcome::Right
             } else {
                 Outcome::Part
             }
         }
-        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(|id| held(&id)) => Outcome::Tied,
+        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(|id| held(id)) => Outcome::Tied,
         _ => Outcome::Wrong,
     }
 }
