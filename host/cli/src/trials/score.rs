@@ -147,7 +147,7 @@ fn judge(expected: Expected, truth: &[&str], kind: Kind, said: &[String]) -> Out
                 Outcome::Part
             }
         }
-        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(|id| held(id)) => Outcome::Tied,
+        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(held) => Outcome::Tied,
         _ => Outcome::Wrong,
     }
 }
