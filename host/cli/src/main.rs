@@ -5,10 +5,13 @@ mod capture;
 mod check;
 mod compare;
 mod link;
+mod image;
 mod observe;
 mod output;
 #[cfg(feature = "probe")]
 mod probe;
+mod remote;
+mod run;
 mod setup;
 mod simulate;
 mod source;
@@ -34,6 +37,7 @@ enum Command {
     Bench(bench::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
+    Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
     Capture(Box<capture::Args>),
@@ -70,6 +74,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Bench(args) => bench::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Capture(args) => capture::run(args),

@@ -106,6 +106,8 @@ pub struct Done {
     pub seen: Seen,
     /// Seconds it was to play.
     pub planned_s: f64,
+    /// Seconds it played.
+    pub played_s: f64,
     /// Furthest from where it began, rad.
     pub travel_rad: f64,
     /// Fastest by the observer, rad/s.
@@ -244,6 +246,7 @@ impl Run<'_> {
             log: None,
             seen: Seen::default(),
             planned_s: step.seconds(axis).0,
+            played_s: 0.0,
             travel_rad: 0.0,
             speed_rad_s: 0.0,
             torque_nm: 0.0,
@@ -270,6 +273,7 @@ impl Run<'_> {
             samples += 1;
             Ok(watch.go_on())
         })?;
+        done.played_s = (done.seen.samples + done.seen.lost) as f64 / axis.rate_hz;
         if done.seen.samples >= 2 {
             file.commit()?;
             done.log = Some(path.to_path_buf());
