@@ -23,7 +23,7 @@ use bristle_plant::Unit;
 use bristle_plant::axis::{Axis, AxisConfig, steps_for};
 use bristle_plant::contact::{Contact, contact};
 use bristle_plant::drive::DriveConfig;
-use bristle_plant::effect::{self, Effect};
+use bristle_plant::effect::{self, Effect, EffectError};
 use bristle_plant::encoder::EncoderConfig;
 use bristle_plant::mechanics::{Load, Mechanics};
 use std::collections::BTreeMap;
@@ -148,6 +148,7 @@ impl Believed {
                 "about 100 Hz",
             ),
             damping_nm_s_rad: file.axis.coupling_damping.unwrap_or(0.0),
+            gap_rad: 0.0,
         });
         let whole_inertia = inertia + load.map_or(0.0, |load| load.inertia_kg_m2);
         let damping_nm_s_rad = or(
@@ -238,6 +239,17 @@ impl Believed {
             .sum()
     }
 
+    /// Moves the fall from stiction to Coulomb friction to another Stribeck velocity.
+    pub fn set_stribeck_velocity(&mut self, velocity_rad_s: f64) {
+        self.stribeck_velocity_rad_s = velocity_rad_s;
+        self.shape = shape(
+            &self.file,
+            self.coulomb_nm,
+            self.stiction_nm,
+            velocity_rad_s,
+        );
+    }
+
     /// A parameter that no model takes, as an error of the file.
     fn refused(&self, error: &ParameterError) -> InputError {
         InputError::new(
@@ -245,6 +257,11 @@ impl Believed {
             error.to_string(),
             "correct it, or leave it out to have the stated default",
         )
+    }
+
+    /// An effect that does not exist or lacks a parameter, as an error of the file.
+    pub fn refused_effect(&self, error: &EffectError) -> InputError {
+        InputError::new(&self.path, error.to_string(), "use one of these")
     }
 
     /// The error of a simulation whose numbers left all bounds.
@@ -375,9 +392,8 @@ impl Believed {
             .iter()
             .map(|entry| {
                 let values: BTreeMap<String, f64> = entry.parameters.iter().cloned().collect();
-                effect::build(&entry.id, &values, self.unit).map_err(|error| {
-                    InputError::new(&self.path, error.to_string(), "use one of these")
-                })
+                effect::build(&entry.id, &values, self.unit)
+                    .map_err(|error| self.refused_effect(&error))
             })
             .collect()
     }

@@ -6,9 +6,11 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod diagnose;
 pub mod error;
 pub mod experiments;
 mod input;
+pub mod inverse;
 pub mod log;
 mod names;
 pub mod observe;
