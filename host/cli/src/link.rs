@@ -140,7 +140,9 @@ impl Link {
             }
             Ok(Heard::Foreign(version)) => Err(InputError::new(
                 &self.name,
-                format!("the firmware speaks form {version} of the link, and this program knows {PROTOCOL_VERSION}"),
+                format!(
+                    "the firmware speaks form {version} of the link, and this program knows {PROTOCOL_VERSION}"
+                ),
                 "use firmware and program of the same version",
             )),
             Err(RecvTimeoutError::Timeout) => Ok(None),

@@ -4,8 +4,8 @@ mod bench;
 mod capture;
 mod check;
 mod compare;
-mod link;
 mod image;
+mod link;
 mod observe;
 mod output;
 #[cfg(feature = "probe")]

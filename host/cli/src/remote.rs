@@ -122,7 +122,10 @@ pub fn check(axis: &Believed) -> Result<(), InputError> {
     if axis.rate_hz != RATE_HZ {
         return Err(InputError::new(
             "axis file",
-            format!("has rate_hz = {}, and the firmware runs at {RATE_HZ}", axis.rate_hz),
+            format!(
+                "has rate_hz = {}, and the firmware runs at {RATE_HZ}",
+                axis.rate_hz
+            ),
             "write rate_hz = 10000, or leave it out",
         ));
     }
@@ -136,7 +139,10 @@ impl Bench for Remote {
         bounds: &Bounds<f32>,
         take: &mut Take<'_>,
     ) -> Result<Seen, InputError> {
-        accepted("start", self.link.ask(&Command::Play(*experiment, *bounds))?)?;
+        accepted(
+            "start",
+            self.link.ask(&Command::Play(*experiment, *bounds))?,
+        )?;
         let asked = Instant::now();
         let mut seen = Seen::default();
         let mut stops = false;
@@ -153,7 +159,10 @@ impl Bench for Remote {
                     Phase::Before => {}
                 }
             }
-            let status = self.last.map(|sample| sample.record.status).unwrap_or_default();
+            let status = self
+                .last
+                .map(|sample| sample.record.status)
+                .unwrap_or_default();
             if seen.samples == 0
                 && (status.state() != Some(State::Armed) || asked.elapsed() > PATIENCE)
             {

@@ -331,25 +331,29 @@ fn table(done: &[Done], plan: &Plan, unit: Unit) -> Table {
     ];
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let caption = format!("{} of {} experiments", done.len(), plan.steps.len());
-    done.iter().fold(Table::new(&caption, &header), |table, done| {
-        let end = match done.seen.end {
-            End::Fault => done.seen.fault.text(),
-            end => end.text(),
-        };
-        let log = done.log.as_ref().map_or("too short for a log".to_owned(), |log| {
-            log.display().to_string()
-        });
-        table.row(&[
-            done.name.to_owned(),
-            short(done.played_s),
-            done.seen.lost.to_string(),
-            end.to_owned(),
-            short(done.travel_rad),
-            short(done.speed_rad_s),
-            short(done.torque_nm),
-            log,
-        ])
-    })
+    done.iter()
+        .fold(Table::new(&caption, &header), |table, done| {
+            let end = match done.seen.end {
+                End::Fault => done.seen.fault.text(),
+                end => end.text(),
+            };
+            let log = done
+                .log
+                .as_ref()
+                .map_or("too short for a log".to_owned(), |log| {
+                    log.display().to_string()
+                });
+            table.row(&[
+                done.name.to_owned(),
+                short(done.played_s),
+                done.seen.lost.to_string(),
+                end.to_owned(),
+                short(done.travel_rad),
+                short(done.speed_rad_s),
+                short(done.torque_nm),
+                log,
+            ])
+        })
 }
 
 fn as_json(args: &Args, setup: &Setup, plan: &Plan, done: &[Done]) -> Value {

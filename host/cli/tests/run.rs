@@ -60,7 +60,10 @@ fn a_plan_of_three_leaves_three_logs_and_their_results() {
     let output = run(folder.path(), &["plan.toml", "--out", "logs"]);
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains("3 of 3 experiments") && text.contains("travel bound"), "{text}");
+    assert!(
+        text.contains("3 of 3 experiments") && text.contains("travel bound"),
+        "{text}"
+    );
     let logs = folder.path().join("logs");
     let expected = ["01-prbs.csv", "02-sine.csv", "03-moves.csv", "run.json"];
     assert_eq!(names(&logs), expected);
@@ -85,7 +88,13 @@ fn a_plan_of_three_leaves_three_logs_and_their_results() {
     // The log is what the other commands take.
     let observed = Command::new(env!("CARGO_BIN_EXE_bristle"))
         .current_dir(folder.path())
-        .args(["observe", "logs/03-moves.csv", "--out", "states.csv", "--axis"])
+        .args([
+            "observe",
+            "logs/03-moves.csv",
+            "--out",
+            "states.csv",
+            "--axis",
+        ])
         .arg(axis_path())
         .output()
         .unwrap();
@@ -112,8 +121,14 @@ fn bad_words_and_plans_are_one_line_and_leave_nothing() {
             &["much.toml", "--out", "logs"],
             "much.toml:3:20: most_speed_rad_s is 1000000.0, and the axis allows 314.0 rad/s; ",
         ),
-        (&["nothing.toml", "--out", "logs"], "nothing.toml: there is no such file; "),
-        (&["wobble", "--out", "log.csv"], "wobble: is no experiment, and there is no such file; "),
+        (
+            &["nothing.toml", "--out", "logs"],
+            "nothing.toml: there is no such file; ",
+        ),
+        (
+            &["wobble", "--out", "log.csv"],
+            "wobble: is no experiment, and there is no such file; ",
+        ),
         (
             &["sine", "--out", "log.csv", "--on", "image", "--truth"],
             "--truth: is for --on virtual only; ",
@@ -123,13 +138,18 @@ fn bad_words_and_plans_are_one_line_and_leave_nothing() {
             "--on target: needs the server of the board's link; ",
         ),
         (
-            &["sine", "--out", "log.csv", "--on", "image", "--emulator", "none"],
+            &[
+                "sine",
+                "--out",
+                "log.csv",
+                "--on",
+                "image",
+                "--emulator",
+                "none",
+            ],
             "none: there is no such file; ",
         ),
-        (
-            &["sine", "--out", "log.csv", "--effect", "no.such"],
-            "",
-        ),
+        (&["sine", "--out", "log.csv", "--effect", "no.such"], ""),
     ] {
         let output = run(place, words);
         let text = String::from_utf8_lossy(&output.stderr);
@@ -144,21 +164,30 @@ fn bad_words_and_plans_are_one_line_and_leave_nothing() {
 #[test]
 fn ctrl_c_keeps_what_was_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    let child = bristle(folder.path(), &["sine", "--out", "log.csv", "--seconds", "1500"])
-        .args(["--json", "-"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let child = bristle(
+        folder.path(),
+        &["sine", "--out", "log.csv", "--seconds", "1500"],
+    )
+    .args(["--json", "-"])
+    .stdout(Stdio::piped())
+    .stderr(Stdio::piped())
+    .spawn()
+    .unwrap();
     // Once rows have gone to the temporary file.
     let begun = Instant::now();
     let grows = || {
         std::fs::read_dir(folder.path()).unwrap().any(|entry| {
-            entry.unwrap().metadata().is_ok_and(|about| about.len() > 100_000)
+            entry
+                .unwrap()
+                .metadata()
+                .is_ok_and(|about| about.len() > 100_000)
         })
     };
     while !grows() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "no row in a minute");
+        assert!(
+            begun.elapsed() < Duration::from_secs(60),
+            "no row in a minute"
+        );
         std::thread::sleep(Duration::from_millis(20));
     }
     let killed = Command::new("kill")
@@ -273,7 +302,11 @@ fn over_a_link(folder: &Path, words: &[&str], parameters: Parameters) -> Output 
 fn over_a_link_the_log_is_that_of_the_virtual_axis() {
     let folder = tempfile::tempdir().unwrap();
     let (linked, alone) = ("linked.csv", "alone.csv");
-    let output = over_a_link(folder.path(), &["sine", "--seconds", "1.5", "--out", linked], BENCH);
+    let output = over_a_link(
+        folder.path(),
+        &["sine", "--seconds", "1.5", "--out", linked],
+        BENCH,
+    );
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("time is over"), "{text}");
