@@ -35,20 +35,23 @@ impl Emulator {
             }
         }
         let address = free_address()?;
-        let child = Command::new(program)
+        let mut command = Command::new(program);
+        command
             .arg(firmware)
             .arg(format!("tcp:{address}"))
             .arg(seconds.to_string())
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .spawn()
-            .map_err(|error| {
-                InputError::new(
-                    program,
-                    format!("cannot be started: {error}"),
-                    "see that it is a program for this machine",
-                )
-            })?;
+            .stdout(Stdio::null());
+        // Ctrl-C in a terminal goes to a whole group; this one has to live until the torque is down.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let child = command.spawn().map_err(|error| {
+            InputError::new(
+                program,
+                format!("cannot be started: {error}"),
+                "see that it is a program for this machine",
+            )
+        })?;
         let mut emulator = Self { child, address };
         emulator.wait(program)?;
         Ok(emulator)

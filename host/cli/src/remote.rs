@@ -47,10 +47,18 @@ impl Remote {
         };
         // The state, and the form of the link, which comes ten times a second.
         let state = |remote: &Self| remote.link.status().and_then(|status| status.state());
+        let begun = Instant::now();
         while matches!(state(&remote), None | Some(State::Boot))
             || remote.capture.summary().report.is_none()
         {
             remote.listen()?;
+            if begun.elapsed() > PATIENCE {
+                return Err(InputError::new(
+                    to,
+                    "samples come, but no status of the firmware",
+                    "see that all of RTT up channel 1 is served, byte for byte",
+                ));
+            }
         }
         remote.agrees(axis)?;
         if state(&remote) == Some(State::Idle) {

@@ -149,12 +149,15 @@ fn bad_words_and_plans_are_one_line_and_leave_nothing() {
             ],
             "none: there is no such file; ",
         ),
-        (&["sine", "--out", "log.csv", "--effect", "no.such"], ""),
+        (
+            &["sine", "--out", "log.csv", "--effect", "no.such"],
+            "effect no.such does not exist; ",
+        ),
     ] {
         let output = run(place, words);
         let text = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{words:?}: {text}");
-        assert!(text.starts_with(expected), "{text}");
+        assert!(text.contains(expected), "{text}");
         assert_eq!(text.lines().count(), 1, "{text}");
         assert_eq!(names(place), before, "{words:?}");
     }
