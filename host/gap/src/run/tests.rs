@@ -275,6 +275,35 @@ fn an_axis_that_drifts_is_brought_back_within_its_travel() {
     assert!(notes.done[4].seen.samples > 10_000, "{:?}", notes.done[4]);
 }
 
+#[test]
+fn an_experiment_has_the_room_that_is_left_of_the_travel() {
+    let text = include_str!("../../../../axes/bench.toml").to_owned();
+    let axis = axis(&(text + "[drive]\ntravel_limit_rad = 3.0\n"));
+    let mut real = axis.clone();
+    // Drifts one way under the sine.
+    real.effects.push(EffectEntry {
+        id: "mechanics.offset".to_owned(),
+        parameters: vec![("torque_nm".to_owned(), 0.006)],
+    });
+    let mut first = Step::new(Named::Sine, &axis);
+    first.bounds.travel_rad = 1.2;
+    let mut second = Step::new(Named::Sine, &axis);
+    second.bounds.ticks = 200_000;
+    let mut notes = Notes::default();
+    let (_folder, played) = play(&Plan::new(vec![first, second]), &axis, &real, &mut notes);
+    played.unwrap();
+    let farthest = |done: &Done| {
+        let log = Log::read(done.log.as_ref().unwrap()).unwrap();
+        let counts = log.position.values.iter();
+        counts.fold(0.0_f64, |most, counts| most.max(counts.abs())) * axis.rad_per_count()
+    };
+    assert!(notes.done.iter().all(|done| done.seen.end == End::Travel));
+    // From where the plan began, not from where the second experiment did.
+    let reached = farthest(&notes.done[1]);
+    assert!((2.9..=3.0 + 1e-9).contains(&reached), "{reached}");
+    assert!(notes.done[1].travel_rad < 2.0);
+}
+
 /// A virtual axis whose link breaks after so many samples.
 struct Breaking(Virtual, u64);
 
