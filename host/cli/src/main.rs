@@ -4,6 +4,8 @@ mod bench;
 mod capture;
 mod check;
 mod compare;
+mod diagnose;
+mod effects;
 mod image;
 mod link;
 mod observe;
@@ -16,6 +18,7 @@ mod setup;
 mod simulate;
 mod source;
 mod target;
+mod trials;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -40,8 +43,11 @@ enum Command {
     Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
+    Diagnose(diagnose::Args),
+    Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Trials(trials::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -77,8 +83,11 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Diagnose(args) => diagnose::run(args),
+        Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

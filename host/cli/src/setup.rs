@@ -7,7 +7,7 @@ use bristle_gap::{AxisFile, Believed, InputError};
 use std::path::{Path, PathBuf};
 
 /// The demonstration axis, built in so that nothing else is needed.
-const BENCH_AXIS: &str = include_str!("../../../axes/bench.toml");
+pub const BENCH_AXIS: &str = include_str!("../../../axes/bench.toml");
 
 /// An axis file and what follows from it.
 pub struct Setup {
@@ -47,7 +47,7 @@ impl Setup {
 /// What sets a virtual axis apart from what its file says.
 #[derive(clap::Args)]
 pub struct Real {
-    /// An effect to add, with its parameters; may be given several times.
+    /// An effect to add, with its parameters, see `bristle effects`; may be given several times.
     #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
     pub effect: Vec<String>,
     /// Torque noise on the rotor, rms (force on a linear axis).
