@@ -3,8 +3,8 @@
 
 use core::hint::cold_path;
 
-use crate::experiment::bounds::Guard;
-use crate::experiment::{Bounds, End, Experiment, Player};
+use crate::experiment::bounds::Begin;
+use crate::experiment::{Bounds, End, Experiment, Guard, Player};
 use crate::parameters::Config;
 use crate::real::Real;
 use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
@@ -18,9 +18,23 @@ use crate::trace::{
 pub enum Order {
     /// Of the supervisor.
     Request(Request),
-    /// Plays a signal within its bounds, if armed. What plays it was made outside the tick, which has no time for
-    /// divisions.
-    Play(Player<f32>, Bounds<f32>),
+    /// Plays a signal within its bounds, if armed. Both were made outside the tick, which has no time for divisions.
+    Play(Player<f32>, Guard),
+}
+
+impl Order {
+    /// To play an experiment within bounds.
+    pub fn play(
+        experiment: Experiment<f32>,
+        bounds: &Bounds<f32>,
+        tick_s: f32,
+        rad_per_count: f32,
+    ) -> Self {
+        Self::Play(
+            Player::new(experiment, tick_s),
+            Guard::new(bounds, rad_per_count),
+        )
+    }
 }
 
 /// What the hardware says at a tick.
@@ -58,15 +72,14 @@ pub struct Controller {
     player: Player<f32>,
     playing: bool,
     guard: Guard,
+    begin: Begin,
     /// Largest speed and torque that neither the guard nor the supervisor has to look at.
     usual_speed_rad_s: f32,
     usual_torque_nm: f32,
-    begin_tick: u32,
     /// [`End`] at its place in the flags.
     ended: u8,
     stop_asked: bool,
     supervisor: Supervisor,
-    tick: u32,
     /// Of a tick to which the supervisor has nothing to say.
     usual_status: Status,
 }
@@ -78,14 +91,13 @@ impl Controller {
             state: config.tick.start(raw),
             player: Player::new(SILENCE, config.tick_s),
             playing: false,
-            guard: Guard::new(&Bounds::open(u32::MAX), 1.0, 0, raw),
+            guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
+            begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
             usual_torque_nm: config.limits.torque_nm,
-            begin_tick: 0,
             ended: 0,
             stop_asked: false,
             supervisor: Supervisor::new(watchdog_reset),
-            tick: 0,
             usual_status: Status::default(),
         }
     }
@@ -154,23 +166,24 @@ impl Controller {
             step_counts: sample.step_counts,
             alarms: alarms.and(Alarms::REJECTED.when(sample.rejected)),
         };
-        let usual = if self.guard.calls(self.tick, input.raw) {
-            cold_path();
-            None
-        } else {
+        let tick = self.supervisor.tick();
+        let usual = if self.guard.is_near(&self.begin, input.raw) {
             let (speed_rad_s, torque_nm) = (self.usual_speed_rad_s, self.usual_torque_nm);
             self.supervisor
                 .usual(&config.limits, speed_rad_s, torque_nm, &seen)
+        } else {
+            cold_path();
+            None
         };
         let (verdict, status) = if let Some(verdict) = usual {
             (verdict, self.usual_status)
         } else {
             cold_path();
-            self.unusual(config, &seen)
+            self.unusual(config, input.raw, &seen)
         };
         self.state.put_out(verdict.torque_nm);
         let record = Record {
-            tick: self.tick,
+            tick,
             counts: input.raw.cast_signed(),
             z_luenberger_rad: sample.luenberger.z_rad,
             z_time_free_rad: sample.time_free_z_rad,
@@ -178,7 +191,6 @@ impl Controller {
             torque_ref_nm: verdict.torque_nm,
             status,
         };
-        self.tick = self.tick.wrapping_add(1);
         Output {
             torque_nm: verdict.torque_nm,
             drive_enabled: verdict.drive_enabled,
@@ -190,12 +202,12 @@ impl Controller {
 impl Controller {
     /// A tick in which guard or supervisor may have something to say.
     #[inline(always)]
-    fn unusual(&mut self, config: &Config, seen: &Observation) -> (Verdict, Status) {
+    fn unusual(&mut self, config: &Config, raw: u32, seen: &Observation) -> (Verdict, Status) {
+        let tick = self.supervisor.tick();
         let mut end = End::None;
         if self.playing {
-            let counts = config.tick.position_counts(&self.state.encoder);
             let (velocity, wanted) = (seen.velocity_rad_s, seen.wanted_nm);
-            end = self.guard.step(self.tick, counts, velocity, wanted);
+            end = self.guard.look(&self.begin, tick, raw, velocity, wanted);
             if end != End::None {
                 self.supervisor.stop();
             }
@@ -214,7 +226,7 @@ impl Controller {
             self.ended = (end as u8) << END_SHIFT;
             self.player = Player::new(SILENCE, config.tick_s);
             // One that ends in the tick in which it begins has been seen to begin.
-            experiment = self.begin_tick == self.tick;
+            experiment = self.begin.tick == tick;
         }
         let flags = self.flags(experiment, verdict.drive_enabled);
         let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
@@ -226,7 +238,7 @@ impl Controller {
     pub fn obey(&mut self, config: &Config, order: &Order) {
         match order {
             Order::Request(request) => {
-                self.supervisor.ask(*request);
+                self.supervisor.ask(&config.limits, *request);
                 match request {
                     Request::Stop => self.stop_asked = true,
                     // Torque may flow from here on.
@@ -234,18 +246,18 @@ impl Controller {
                     _ => {}
                 }
             }
-            Order::Play(player, bounds) => {
+            Order::Play(player, guard) => {
                 if self.supervisor.may_start() {
                     self.player = *player;
-                    let rad_per_count = config.tick.luenberger.settings().rad_per_count;
+                    self.guard = *guard;
                     let raw = self.state.encoder.reading();
-                    self.guard = Guard::new(bounds, rad_per_count, self.tick, raw);
+                    self.begin = guard.begin(self.supervisor.tick(), raw);
+                    self.supervisor.watch(guard.over(&self.begin));
                     self.playing = true;
                     self.ended = 0;
-                    self.begin_tick = self.tick;
                     self.state.begin_experiment();
                 }
-                self.supervisor.ask(Request::Start);
+                self.supervisor.ask(&config.limits, Request::Start);
                 self.prepare(config);
             }
         }
@@ -255,6 +267,7 @@ impl Controller {
     #[inline(always)]
     pub fn take_over(&mut self, config: &Config) {
         config.tick.take_over(&mut self.state);
+        self.supervisor.renew(&config.limits);
         self.prepare(config);
     }
 }
@@ -280,12 +293,16 @@ mod tests {
         controller.step(config, &well(raw))
     }
 
+    fn play(experiment: Experiment<f32>, bounds: Bounds<f32>) -> Order {
+        BENCH.build(TICK_S, 1).unwrap().play(experiment, &bounds)
+    }
+
     fn sine(amplitude_nm: f32) -> Order {
         let experiment = Experiment::Sine {
             amplitude_nm,
             period_ticks: 10_000,
         };
-        Order::Play(Player::new(experiment, TICK_S), Bounds::open(u32::MAX))
+        play(experiment, Bounds::open(u32::MAX))
     }
 
     /// Armed at tick 200 with the axis at rest.
@@ -352,7 +369,7 @@ mod tests {
             amplitude_nm: 0.03,
             period_ticks: 10_000,
         };
-        controller.obey(&config, &Order::Play(Player::new(sine, TICK_S), bounds));
+        controller.obey(&config, &play(sine, bounds));
         for k in 0..5000 {
             let record = controller.step(&config, &well(raw(k))).record;
             if record.status.flags() & FLAG_EXPERIMENT == 0 {
@@ -410,8 +427,7 @@ mod tests {
             ratio: 0.5,
             hold_ticks: 10,
         };
-        let player = Player::new(ladder, TICK_S);
-        let order = Order::Play(player, Bounds { torque_nm, ..open });
+        let order = play(ladder, Bounds { torque_nm, ..open });
         let output = ordered(&mut controller, &config, 7, order);
         let status = output.record.status;
         assert_eq!(status.ended(), Some(End::Torque));

@@ -7,7 +7,7 @@ pub mod bounds;
 pub mod moves;
 pub mod multisine;
 
-pub use bounds::{Bounds, End};
+pub use bounds::{Bounds, End, Guard};
 
 use core::hint::cold_path;
 

@@ -5,8 +5,10 @@
 //! takes over between two ticks; states stay as they are, so that nothing jumps.
 
 use crate::control::Cascade;
+use crate::controller::Order;
 use crate::encoder::Encoder;
 use crate::error::{ParameterError, require};
+use crate::experiment::{Bounds, Experiment};
 use crate::friction::ElastoPlastic;
 use crate::observer::Luenberger;
 use crate::observer::luenberger::{BuildError, Settings};
@@ -161,6 +163,14 @@ pub struct Config {
     pub deflection_1_nm: f32,
 }
 
+impl Config {
+    /// The order to play an experiment within bounds.
+    pub fn play(&self, experiment: Experiment<f32>, bounds: &Bounds<f32>) -> Order {
+        let rad_per_count = self.tick.luenberger.settings().rad_per_count;
+        Order::play(experiment, bounds, self.tick_s, rad_per_count)
+    }
+}
+
 /// Multiples of the Stribeck velocity that the table spans: beyond 8 the Gaussian is zero to within f32.
 const TABLE_SPAN: f32 = 8.0;
 
@@ -182,6 +192,11 @@ impl Parameters {
         Ok(())
     }
 
+    /// Angle of a count of the encoder.
+    pub fn rad_per_count(&self) -> f32 {
+        core::f32::consts::TAU / self.counts_per_rev
+    }
+
     /// Builds what the interrupt runs on.
     ///
     /// # Errors
@@ -194,7 +209,7 @@ impl Parameters {
             "at most full_scale_nm",
         )?;
         let counts_per_turn = self.counts_per_rev as i32;
-        let rad_per_count = core::f32::consts::TAU / self.counts_per_rev;
+        let rad_per_count = self.rad_per_count();
         let believed_rad_s = self.max_speed_rad_s * BELIEVED_SPEED;
         let largest_step_rad = believed_rad_s * tick_s;
         let largest_step = ((largest_step_rad / rad_per_count) as i32)

@@ -249,9 +249,15 @@ pub struct Supervisor {
     stopping: bool,
     ticks_in_boot: u32,
     ticks_limited: u32,
-    /// At the next tick.
-    ticks_silent: u32,
     ticks_stuck: u32,
+    /// Number of the tick.
+    tick: u32,
+    /// Tick of the last request.
+    asked_tick: u32,
+    /// Tick at which somebody outside has to look.
+    watched_tick: u32,
+    /// The first tick that its number alone makes unusual: the time-out's or the watched one.
+    due_tick: u32,
     index: Index,
     refused: u32,
     asked_to_arm: bool,
@@ -274,13 +280,41 @@ impl Supervisor {
             stopping: false,
             ticks_in_boot: 0,
             ticks_limited: 0,
-            ticks_silent: 1,
             ticks_stuck: 0,
+            tick: 0,
+            asked_tick: 0,
+            watched_tick: 0,
+            due_tick: 0,
             index: Index::default(),
             refused: 0,
             asked_to_arm: false,
             held: Alarms::HELD,
         }
+    }
+
+    /// Number of the tick that comes next, from boot; wraps.
+    #[inline]
+    pub fn tick(&self) -> u32 {
+        self.tick
+    }
+
+    /// Makes the tick of a number an unusual one, from the next request on.
+    #[inline]
+    pub(crate) fn watch(&mut self, tick: u32) {
+        self.watched_tick = tick;
+    }
+
+    /// Finds the next tick that its number makes unusual: after a request, and with new limits.
+    #[inline]
+    pub(crate) fn renew(&mut self, limits: &Limits) {
+        let silent = self.tick.wrapping_sub(self.asked_tick);
+        let left = limits
+            .command_ticks
+            .saturating_sub(silent)
+            .min(self.watched_tick.wrapping_sub(self.tick))
+            // So far that it cannot be told from the past.
+            .min(i32::MAX.cast_unsigned());
+        self.due_tick = self.tick.wrapping_add(left);
     }
 
     /// Where it stands.
@@ -319,8 +353,9 @@ impl Supervisor {
 
     /// Follows a request, or counts it as refused, before the step of its tick.
     #[inline(always)]
-    pub fn ask(&mut self, request: Request) {
-        self.ticks_silent = 0;
+    pub fn ask(&mut self, limits: &Limits, request: Request) {
+        self.asked_tick = self.tick;
+        self.renew(limits);
         match (request, self.state) {
             // Only if the drive is well, which the step knows.
             (Request::Arm, _) => self.asked_to_arm = true,
@@ -368,7 +403,9 @@ impl Supervisor {
         usual_torque_nm: f32,
         seen: &Observation,
     ) -> Option<Verdict> {
-        if seen.alarms.and(self.held) != Alarms::default() {
+        let tick = self.tick;
+        let is_due = tick.wrapping_sub(self.due_tick).cast_signed() >= 0;
+        if seen.alarms.and(self.held) != Alarms::default() || is_due {
             cold_path();
             return None;
         }
@@ -387,8 +424,7 @@ impl Supervisor {
         // The difference is zero, or NaN where the deflection is not finite.
         let change_nm = torque_nm - self.torque_nm + (seen.z_rad - seen.z_rad);
         // Written so that a NaN fails it.
-        let usual = self.ticks_silent < limits.command_ticks
-            && seen.velocity_rad_s.abs() <= usual_speed_rad_s
+        let usual = seen.velocity_rad_s.abs() <= usual_speed_rad_s
             && torque_nm.abs() <= usual_torque_nm
             && change_nm.abs() <= limits.slew_nm;
         if !usual {
@@ -396,7 +432,7 @@ impl Supervisor {
             return None;
         }
         self.ticks_stuck = ticks_stuck;
-        self.ticks_silent += 1;
+        self.tick = tick.wrapping_add(1);
         self.torque_nm = torque_nm;
         Some(Verdict {
             torque_nm,
@@ -411,7 +447,7 @@ impl Supervisor {
     #[inline(always)]
     pub(crate) fn unusual(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         let (torque_nm, drive_enabled, limit) = self.decide(limits, seen);
-        self.ticks_silent = self.ticks_silent.saturating_add(1);
+        self.tick = self.tick.wrapping_add(1);
         self.settle();
         Verdict {
             torque_nm,
@@ -492,6 +528,7 @@ impl Supervisor {
         let finite = (seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite();
         let stuck = self.stuck(limits, seen.step_counts);
         let speed_rad_s = seen.velocity_rad_s.abs();
+        let silent = self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks;
         // In nearly every tick nothing is wrong; only otherwise is it asked what.
         let anything = !finite
             || (alarms != Alarms::default() && alarms != Alarms::UNWELL)
@@ -500,7 +537,7 @@ impl Supervisor {
                 && (alarms.has(Alarms::UNWELL)
                     || stuck
                     || self.ticks_limited >= limits.limit_ticks
-                    || self.ticks_silent >= limits.command_ticks));
+                    || silent));
         if !anything {
             return Fault::None;
         }
@@ -521,7 +558,7 @@ impl Supervisor {
             Fault::DeadlineMissed
         } else if armed && self.ticks_limited >= limits.limit_ticks {
             Fault::LimitTooLong
-        } else if armed && self.ticks_silent >= limits.command_ticks {
+        } else if armed && silent {
             Fault::CommandTimeout
         } else {
             Fault::None

@@ -186,22 +186,27 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        let sample = self.decide(state, raw, player);
+        let mut sample = self.decide(state, raw, player);
+        sample.torque_ref_nm = self.control.limited(sample.torque_ref_nm);
         state.put_out(sample.torque_ref_nm);
         sample
     }
 
-    /// As [`Tick::run`], for a caller that says itself which torque it puts out.
+    /// As [`Tick::run`], for a caller that limits the torque of an experiment without a loop, and says itself which one
+    /// it puts out.
     #[inline]
     pub fn decide(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
         self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
             if let Some(torque_nm) = player.next_if_sine() {
-                return self.control.limited(torque_nm);
+                return torque_nm;
             }
             cold_path();
-            let reference = player.next_tick();
-            self.control
-                .step(control, reference, position_rad, velocity_rad_s)
+            match player.next_tick() {
+                Reference::Torque(torque_nm) => torque_nm,
+                reference => self
+                    .control
+                    .step(control, reference, position_rad, velocity_rad_s),
+            }
         })
     }
 
@@ -268,18 +273,13 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         next
     }
 
-    /// Position since the start, counts.
-    #[inline]
-    pub fn position_counts(&self, state: &encoder::State) -> i32 {
-        state
-            .turns
-            .wrapping_mul(self.encoder.counts_per_turn())
-            .wrapping_add(state.counts_in_turn)
-    }
-
     /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.
     fn position_rad(&self, state: &encoder::State) -> T {
-        T::of_count(self.position_counts(state)) * self.luenberger.settings().rad_per_count
+        let counts = state
+            .turns
+            .wrapping_mul(self.encoder.counts_per_turn())
+            .wrapping_add(state.counts_in_turn);
+        T::of_count(counts) * self.luenberger.settings().rad_per_count
     }
 }
 

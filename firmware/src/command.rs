@@ -5,7 +5,6 @@
 
 use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply};
 use bristle_core::controller::Order;
-use bristle_core::experiment::Player;
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::Request;
@@ -79,7 +78,10 @@ impl Commands {
             Command::Play(experiment, bounds) => {
                 let limits = self.parameters.limits(timing::TICK_S);
                 match bounds.admit(&experiment, &limits, timing::TICK_S) {
-                    Ok(()) => Order::Play(Player::new(experiment, timing::TICK_S), bounds),
+                    Ok(()) => {
+                        let rad_per_count = self.parameters.rad_per_count();
+                        Order::play(experiment, &bounds, timing::TICK_S, rad_per_count)
+                    }
                     Err(refusal) => return Reply::Refused(refusal),
                 }
             }

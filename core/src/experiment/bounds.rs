@@ -175,12 +175,11 @@ impl Bounds<f32> {
             return Err(Refusal::Range);
         }
         let needs = experiment.needs(tick_s);
-        // Written so that a NaN fails it.
-        if !(needs.travel_rad <= self.travel_rad) {
+        if needs.travel_rad > self.travel_rad {
             Err(Refusal::Travel)
-        } else if !(needs.speed_rad_s <= self.speed_rad_s.min(limits.speed_rad_s)) {
+        } else if needs.speed_rad_s > self.speed_rad_s.min(limits.speed_rad_s) {
             Err(Refusal::Speed)
-        } else if !(needs.torque_nm <= self.torque_nm.min(limits.torque_nm)) {
+        } else if needs.torque_nm > self.torque_nm.min(limits.torque_nm) {
             Err(Refusal::Torque)
         } else {
             Ok(())
@@ -188,57 +187,80 @@ impl Bounds<f32> {
     }
 }
 
-/// Bounds as the tick compares them.
+/// Bounds as the tick compares them. Made outside of it, which has no time for divisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Guard {
-    travel_counts: u32,
+pub struct Guard {
+    /// Counts from one end of the travel to the other; beyond half of the counter's range there is no bound.
+    span_counts: u32,
     /// Fastest, rad/s.
     pub(crate) speed_rad_s: f32,
     /// Largest torque, N m.
     pub(crate) torque_nm: f32,
-    /// The tick that it does not play any more.
-    end_tick: u32,
-    /// The encoder's counter at the least position; the largest one is a span further.
-    least_raw: u32,
-    span_counts: u32,
+    ticks: u32,
+}
+
+/// Where and when a guarded experiment began.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Begin {
+    /// Number of the tick.
+    pub(crate) tick: u32,
+    /// The encoder's counter at the lower end of the travel.
+    lowest: u32,
 }
 
 impl Guard {
-    /// For an experiment that begins at a tick and a reading of the encoder's counter.
-    #[inline(always)]
-    pub(crate) fn new(bounds: &Bounds<f32>, rad_per_count: f32, tick: u32, raw: u32) -> Self {
+    /// Of bounds, for an encoder.
+    pub fn new(bounds: &Bounds<f32>, rad_per_count: f32) -> Self {
         let travel_counts = (bounds.travel_rad / rad_per_count) as u32;
-        // Half of what the counter holds is all of it.
-        let either_way = travel_counts.min(i32::MAX.cast_unsigned());
         Self {
-            travel_counts,
+            span_counts: travel_counts.saturating_mul(2),
             speed_rad_s: bounds.speed_rad_s,
             torque_nm: bounds.torque_nm,
-            end_tick: tick.wrapping_add(bounds.ticks),
-            least_raw: raw.wrapping_sub(either_way),
-            span_counts: 2 * either_way,
+            ticks: bounds.ticks,
         }
     }
 
-    /// Whether [`Self::step`] may have something to say about time or travel; nothing if not.
-    #[inline(always)]
-    pub(crate) fn calls(&self, tick: u32, raw: u32) -> bool {
-        raw.wrapping_sub(self.least_raw) > self.span_counts || tick == self.end_tick
+    /// Of an experiment that begins in this tick at this reading of the counter.
+    #[inline]
+    pub(crate) fn begin(&self, tick: u32, raw: u32) -> Begin {
+        Begin {
+            tick,
+            lowest: raw.wrapping_sub(self.span_counts / 2),
+        }
     }
 
-    /// One tick: position from the start, velocity, and the torque that the experiment or its loop asks for.
+    /// Number of the first tick that is too late.
+    #[inline]
+    pub(crate) fn over(&self, begin: &Begin) -> u32 {
+        begin.tick.wrapping_add(self.ticks)
+    }
+
+    /// Whether the encoder's counter is within the travel.
     #[inline(always)]
-    pub(crate) fn step(&self, tick: u32, counts: i32, velocity_rad_s: f32, wanted_nm: f32) -> End {
-        // Written so that a NaN fails it.
-        if tick == self.end_tick {
+    pub(crate) fn is_near(&self, begin: &Begin, raw: u32) -> bool {
+        raw.wrapping_sub(begin.lowest) <= self.span_counts
+    }
+
+    /// One tick: its number, the encoder's counter, velocity, and the torque that the experiment or its loop asks for.
+    #[inline(always)]
+    pub(crate) fn look(
+        &self,
+        begin: &Begin,
+        tick: u32,
+        raw: u32,
+        velocity_rad_s: f32,
+        wanted_nm: f32,
+    ) -> End {
+        if tick == self.over(begin) {
             End::Finished
-        } else if counts.unsigned_abs() > self.travel_counts {
+        } else if !self.is_near(begin, raw) {
             End::Travel
         } else if velocity_rad_s.abs() > self.speed_rad_s {
             End::Speed
         } else if wanted_nm.abs() <= self.torque_nm {
             End::None
         } else {
+            // Of a NaN too.
             End::Torque
         }
     }
@@ -405,23 +427,31 @@ mod tests {
             torque_nm: 3.0,
             ticks: 2,
         };
-        // Begins at tick 5, at a reading that is no position.
-        let guard = Guard::new(&bounds, 0.01, 5, 7);
-        assert_eq!(guard.step(5, -100, -2.0, -3.0), End::None);
-        assert_eq!(guard.step(5, -101, 0.0, 0.0), End::Travel);
-        assert_eq!(guard.step(5, i32::MIN, 0.0, 0.0), End::Travel);
-        assert_eq!(guard.step(5, 0, -2.1, 0.0), End::Speed);
-        assert_eq!(guard.step(5, 0, 0.0, -3.1), End::Torque);
-        assert_eq!(guard.step(5, 0, 0.0, f32::NAN), End::Torque);
+        let guard = Guard::new(&bounds, 0.01);
+        let open = Guard::new(&Bounds::open(5), 0.01);
+        // The counter wraps, and so does the number of the tick.
+        let start = 30_u32;
+        let begin = guard.begin(u32::MAX, start);
+        let unbound = open.begin(u32::MAX, start);
+        for (counts, velocity_rad_s, wanted_nm, end) in [
+            (-100, -2.0, -3.0, End::None),
+            (100, 2.0, 3.0, End::None),
+            (-101, 0.0, 0.0, End::Travel),
+            (101, 0.0, 0.0, End::Travel),
+            (i32::MIN, 0.0, 0.0, End::Travel),
+            (0, -2.1, 0.0, End::Speed),
+            (0, 0.0, -3.1, End::Torque),
+        ] {
+            let raw = start.wrapping_add_signed(counts);
+            let look = |guard: &Guard, begin| guard.look(begin, 0, raw, velocity_rad_s, wanted_nm);
+            assert_eq!(look(&guard, &begin), end);
+            assert_eq!(look(&open, &unbound), End::None);
+            assert_eq!(guard.is_near(&begin, raw), end != End::Travel);
+        }
+        assert_eq!(guard.look(&begin, 0, start, 0.0, f32::NAN), End::Torque);
         assert_eq!(
-            [5, 6, 7].map(|tick| guard.step(tick, 0, 0.0, 0.0)),
+            [u32::MAX, 0, 1].map(|tick| guard.look(&begin, tick, start, 0.0, 0.0)),
             [End::None, End::None, End::Finished]
         );
-        // It calls where time or travel are over, and needs no call before.
-        let at = |counts: i32| 7_u32.wrapping_add_signed(counts);
-        assert!(!guard.calls(6, at(100)) && !guard.calls(6, at(-100)));
-        assert!(guard.calls(6, at(101)) && guard.calls(6, at(-101)) && guard.calls(7, at(0)));
-        let open = Guard::new(&Bounds::open(u32::MAX), 0.01, 5, 7);
-        assert!(!open.calls(5, at(i32::MAX)) && !open.calls(5, at(-i32::MAX)));
     }
 }

@@ -23,7 +23,7 @@ const WELL: Observation = Observation {
 };
 
 fn asked(supervisor: &mut Supervisor, request: Request) -> Verdict {
-    supervisor.ask(request);
+    supervisor.ask(&LIMITS, request);
     supervisor.step(&LIMITS, &WELL)
 }
 
@@ -78,7 +78,7 @@ fn arming_alone_gives_no_torque() {
         alarms: Alarms::UNWELL,
         ..WELL
     };
-    supervisor.ask(Request::Arm);
+    supervisor.ask(&LIMITS, Request::Arm);
     assert!(is_off(supervisor.step(&LIMITS, &unwell)));
     assert_eq!((supervisor.state(), supervisor.refused()), (State::Idle, 2));
     let verdict = asked(&mut supervisor, Request::Arm);
@@ -228,7 +228,7 @@ fn keep_alive_keeps_alive() {
     let mut supervisor = running();
     for tick in 0..2000 {
         if tick % 100 == 0 {
-            supervisor.ask(Request::KeepAlive);
+            supervisor.ask(&LIMITS, Request::KeepAlive);
         }
         supervisor.step(&LIMITS, &wanting(0.06));
     }
@@ -238,7 +238,7 @@ fn keep_alive_keeps_alive() {
 #[test]
 fn stop_ramps_and_start_goes_on() {
     let mut supervisor = running();
-    supervisor.ask(Request::Stop);
+    supervisor.ask(&LIMITS, Request::Stop);
     let verdict = supervisor.step(&LIMITS, &wanting(0.06));
     assert_eq!(verdict.limit, Limit::Ramp);
     for _ in 0..5 {

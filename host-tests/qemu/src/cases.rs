@@ -367,7 +367,7 @@ fn controller(sink: Sink<'_>) {
         for k in 0..STEPS {
             let order = match k {
                 200 | 3200 => Some(Order::Request(Request::Arm)),
-                201 | 3201 => Some(Order::Play(Player::new(experiment, T), Bounds::open(2500))),
+                201 | 3201 => Some(config.play(experiment, &Bounds::open(2500))),
                 3100 => Some(Order::Request(Request::ClearFault)),
                 _ if k % 500 == 0 => Some(Order::Request(Request::KeepAlive)),
                 _ => None,

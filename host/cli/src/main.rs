@@ -6,11 +6,14 @@ mod check;
 mod compare;
 mod diagnose;
 mod effects;
+mod image;
 mod link;
 mod observe;
 mod output;
 #[cfg(feature = "probe")]
 mod probe;
+mod remote;
+mod run;
 mod setup;
 mod simulate;
 mod source;
@@ -37,6 +40,7 @@ enum Command {
     Bench(bench::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
+    Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
     Diagnose(diagnose::Args),
@@ -76,6 +80,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Bench(args) => bench::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Diagnose(args) => diagnose::run(args),

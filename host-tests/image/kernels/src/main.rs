@@ -8,7 +8,7 @@
 mod ring;
 
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Bounds, Experiment, Player};
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::observer::reduced_order::{self, System};
@@ -33,6 +33,8 @@ const QUEUE: usize = 512;
 struct Bench {
     config: Config,
     controller: Controller,
+    /// As a command makes it, outside the tick.
+    play: Order,
     friction: ElastoPlastic<f32, Table<f32>>,
     friction_state: elasto_plastic::State<f32>,
     luenberger: Luenberger<f32, Table<f32>>,
@@ -86,12 +88,17 @@ fn build() -> Option<Bench> {
         top_speed_rad_s: 8.0 * f64::from(BENCH.stribeck_velocity_rad_s),
     };
     let fixed = ElastoPlasticFixed::new(&exact.ok()?, &scaling).ok()?;
+    let sine = Experiment::Sine {
+        amplitude_nm: 0.035,
+        period_ticks: 10_000,
+    };
     // SAFETY: earlier ends are gone when this one is built.
     let (samples_in, samples_out) = unsafe { (SAMPLES.putter(), SAMPLES.taker()) };
     Some(Bench {
         samples_in,
         samples_out,
         controller: Controller::new(&config, 0, false),
+        play: config.play(sine, &Bounds::open(u32::MAX)),
         friction,
         friction_state: Default::default(),
         luenberger: tick.luenberger,
@@ -194,16 +201,9 @@ pub extern "C" fn kernel_reduced_order(step: u32, torque: u32) -> u32 {
 #[inline(never)]
 pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     let bench = bench();
-    let sine = Experiment::Sine {
-        amplitude_nm: 0.035,
-        period_ticks: 10_000,
-    };
     let order = match order {
         1 => Some(Order::Request(Request::Arm)),
-        2 => Some(Order::Play(
-            Player::new(sine, TICK_S),
-            Bounds::open(u32::MAX),
-        )),
+        2 => Some(bench.play),
         3 => Some(Order::Request(Request::KeepAlive)),
         _ => None,
     };

@@ -5,7 +5,7 @@ use crate::believed::{Believed, Noise};
 use crate::capture::Sample;
 use crate::error::InputError;
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Bounds, Experiment, Player};
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::parameters::Config;
 use bristle_core::supervisor::{Limits, Request};
 use bristle_plant::axis::{Axis, Truth};
@@ -91,8 +91,7 @@ impl Bench for Virtual {
             .admit(experiment, &self.config.limits, self.config.tick_s)
             .map_err(|refusal| refused(refusal.text()))?;
         let mut seen = Seen::default();
-        let player = Player::new(*experiment, self.config.tick_s);
-        let mut order = Some(Order::Play(player, *bounds));
+        let mut order = Some(self.config.play(*experiment, bounds));
         let mut stops = false;
         loop {
             let (sample, truth) = self.tick(order.take())?;
