@@ -59,25 +59,18 @@ pub struct Output {
     pub record: Record,
 }
 
-/// No torque, for ever.
-const SILENCE: Experiment<f32> = Experiment::Sine {
-    amplitude_nm: 0.0,
-    period_ticks: 2,
-};
-
 /// Everything that a tick changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     state: tick::State<f32>,
     player: Player<f32>,
-    playing: bool,
     guard: Guard,
     begin: Begin,
     /// Largest speed and torque that neither the guard nor the supervisor has to look at.
     usual_speed_rad_s: f32,
     usual_torque_nm: f32,
-    /// [`End`] at its place in the flags.
-    ended: u8,
+    /// As in the sample's flags: whether an experiment plays, and [`End`] of the last one.
+    experiment: u8,
     stop_asked: bool,
     supervisor: Supervisor,
     /// Of a tick to which the supervisor has nothing to say.
@@ -87,15 +80,18 @@ pub struct Controller {
 impl Controller {
     /// At boot, the axis at rest at a counter reading.
     pub fn new(config: &Config, raw: u32, watchdog_reset: bool) -> Self {
+        let silence = Experiment::Sine {
+            amplitude_nm: 0.0,
+            period_ticks: 1,
+        };
         Self {
             state: config.tick.start(raw),
-            player: Player::new(SILENCE, config.tick_s),
-            playing: false,
+            player: Player::new(silence, config.tick_s),
             guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
             begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
             usual_torque_nm: config.limits.torque_nm,
-            ended: 0,
+            experiment: 0,
             stop_asked: false,
             supervisor: Supervisor::new(watchdog_reset),
             usual_status: Status::default(),
@@ -103,22 +99,26 @@ impl Controller {
     }
 
     #[inline(always)]
-    fn flags(&self, experiment: bool, drive_enabled: bool) -> u8 {
+    fn flags(&self, drive_enabled: bool) -> u8 {
         let flag = |on: bool, flag: u8| u8::from(on) * flag;
-        flag(experiment, FLAG_EXPERIMENT)
+        self.experiment
             | flag(drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
-            | self.ended
+    }
+
+    #[inline(always)]
+    fn is_playing(&self) -> bool {
+        self.experiment & FLAG_EXPERIMENT != 0
     }
 
     /// Prepares what a usual tick uses.
     #[inline(always)]
     fn prepare(&mut self, config: &Config) {
-        let flags = self.flags(self.playing, true);
+        let flags = self.flags(true);
         self.usual_status = Status::new(State::Armed, Limit::None, Fault::None, flags);
         let limits = &config.limits;
         let (mut speed_rad_s, mut torque_nm) = (limits.speed_rad_s, limits.torque_nm);
-        if self.playing {
+        if self.is_playing() {
             speed_rad_s = speed_rad_s.least(self.guard.speed_rad_s);
             torque_nm = torque_nm.least(self.guard.torque_nm);
         }
@@ -205,7 +205,8 @@ impl Controller {
     fn unusual(&mut self, config: &Config, raw: u32, seen: &Observation) -> (Verdict, Status) {
         let tick = self.supervisor.tick();
         let mut end = End::None;
-        if self.playing {
+        let playing = self.is_playing();
+        if playing {
             let (velocity, wanted) = (seen.velocity_rad_s, seen.wanted_nm);
             end = self.guard.look(&self.begin, tick, raw, velocity, wanted);
             if end != End::None {
@@ -213,22 +214,25 @@ impl Controller {
             }
         }
         let verdict = self.supervisor.unusual(&config.limits, seen);
-        if verdict.state == State::Fault {
-            end = End::Fault;
-        } else if verdict.state != State::Armed || self.stop_asked {
-            end = End::Stopped;
+        let mut flags = 0;
+        if playing {
+            if verdict.state == State::Fault {
+                end = End::Fault;
+            } else if verdict.state != State::Armed || self.stop_asked {
+                end = End::Stopped;
+            }
+            if end != End::None {
+                cold_path();
+                // What was stopped does not resume.
+                self.experiment = (end as u8) << END_SHIFT;
+                self.player.silence();
+                if self.begin.tick == tick {
+                    // One that ends in the tick in which it begins has been seen to begin.
+                    flags = FLAG_EXPERIMENT;
+                }
+            }
         }
-        self.stop_asked = false;
-        let mut experiment = self.playing;
-        if self.playing && end != End::None {
-            // What was stopped does not resume.
-            self.playing = false;
-            self.ended = (end as u8) << END_SHIFT;
-            self.player = Player::new(SILENCE, config.tick_s);
-            // One that ends in the tick in which it begins has been seen to begin.
-            experiment = self.begin.tick == tick;
-        }
-        let flags = self.flags(experiment, verdict.drive_enabled);
+        flags |= self.flags(verdict.drive_enabled);
         let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
         (verdict, status)
     }
@@ -253,8 +257,8 @@ impl Controller {
                     let raw = self.state.encoder.reading();
                     self.begin = guard.begin(self.supervisor.tick(), raw);
                     self.supervisor.watch(guard.over(&self.begin));
-                    self.playing = true;
-                    self.ended = 0;
+                    self.experiment = FLAG_EXPERIMENT;
+                    self.stop_asked = false;
                     self.state.begin_experiment();
                 }
                 self.supervisor.ask(&config.limits, Request::Start);

@@ -156,6 +156,16 @@ impl<T: Real> Player<T> {
         }
     }
 
+    /// Plays no torque from now on.
+    #[inline]
+    pub fn silence(&mut self) {
+        self.experiment = Experiment::Sine {
+            amplitude_nm: T::ZERO,
+            period_ticks: 1,
+        };
+        self.phase = 0;
+    }
+
     /// As [`Self::next_tick`], for the one signal that needs no choice between signals; `None` for the others.
     #[inline]
     pub(crate) fn next_if_sine(&mut self) -> Option<T> {

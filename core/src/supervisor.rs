@@ -260,7 +260,8 @@ pub struct Supervisor {
     due_tick: u32,
     index: Index,
     refused: u32,
-    asked_to_arm: bool,
+    /// What spoke against the last unusual tick.
+    alarms: Alarms,
     /// [`Alarms::HELD`], or none.
     held: Alarms,
 }
@@ -287,7 +288,7 @@ impl Supervisor {
             due_tick: 0,
             index: Index::default(),
             refused: 0,
-            asked_to_arm: false,
+            alarms: Alarms::default(),
             held: Alarms::HELD,
         }
     }
@@ -311,9 +312,7 @@ impl Supervisor {
         let left = limits
             .command_ticks
             .saturating_sub(silent)
-            .min(self.watched_tick.wrapping_sub(self.tick))
-            // So far that it cannot be told from the past.
-            .min(i32::MAX.cast_unsigned());
+            .min(self.watched_tick.wrapping_sub(self.tick));
         self.due_tick = self.tick.wrapping_add(left);
     }
 
@@ -340,8 +339,7 @@ impl Supervisor {
     /// Takes the torque down by a ramp, as [`Request::Stop`] does, if armed.
     pub fn stop(&mut self) {
         if self.state == State::Armed {
-            self.stopping = true;
-            self.settle();
+            self.halt();
         }
     }
 
@@ -357,11 +355,22 @@ impl Supervisor {
         self.asked_tick = self.tick;
         self.renew(limits);
         match (request, self.state) {
-            // Only if the drive is well, which the step knows.
-            (Request::Arm, _) => self.asked_to_arm = true,
-            (Request::Disarm, State::Armed) => self.state = State::Idle,
-            (Request::Stop, State::Armed) => self.stopping = true,
-            (Request::Start, State::Armed) => self.stopping = false,
+            (Request::Arm, State::Idle) if !self.alarms.has(Alarms::UNWELL) => {
+                self.state = State::Armed;
+                self.torque_nm = 0.0;
+                self.stopping = true;
+                self.ticks_limited = 0;
+                self.ticks_stuck = 0;
+            }
+            (Request::Disarm, State::Armed) => {
+                self.state = State::Idle;
+                self.held = Alarms::HELD;
+            }
+            (Request::Stop, State::Armed) => self.halt(),
+            (Request::Start, State::Armed) => {
+                self.stopping = false;
+                self.held = Alarms::HELD.when(self.ticks_limited != 0);
+            }
             (Request::ClearFault, State::Fault) => {
                 self.state = State::Idle;
                 self.fault = Fault::None;
@@ -369,9 +378,14 @@ impl Supervisor {
                 self.index = Index::default();
             }
             (Request::KeepAlive | Request::Disarm, _) | (Request::Stop, State::Idle) => {}
-            _ => self.refuse(),
+            _ => self.refused = self.refused.saturating_add(1),
         }
-        self.settle();
+    }
+
+    #[inline]
+    fn halt(&mut self) {
+        self.stopping = true;
+        self.held = Alarms::HELD;
     }
 
     /// Takes the count at an index edge, before the step of its tick; false if counts were lost or made.
@@ -404,8 +418,7 @@ impl Supervisor {
         seen: &Observation,
     ) -> Option<Verdict> {
         let tick = self.tick;
-        let is_due = tick.wrapping_sub(self.due_tick).cast_signed() >= 0;
-        if seen.alarms.and(self.held) != Alarms::default() || is_due {
+        if seen.alarms.and(self.held) != Alarms::default() || tick == self.due_tick {
             cold_path();
             return None;
         }
@@ -447,8 +460,10 @@ impl Supervisor {
     #[inline(always)]
     pub(crate) fn unusual(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         let (torque_nm, drive_enabled, limit) = self.decide(limits, seen);
+        self.alarms = seen.alarms;
         self.tick = self.tick.wrapping_add(1);
-        self.settle();
+        // Nothing limits the torque only if armed and not stopping.
+        self.held = Alarms::HELD.when(limit != Limit::None);
         Verdict {
             torque_nm,
             drive_enabled,
@@ -461,10 +476,6 @@ impl Supervisor {
     /// Torque, whether the drive is enabled, and what limits the torque.
     #[inline(always)]
     fn decide(&mut self, limits: &Limits, seen: &Observation) -> (f32, bool, Limit) {
-        if self.asked_to_arm {
-            self.asked_to_arm = false;
-            self.arm(seen.alarms);
-        }
         if self.state == State::Boot {
             cold_path();
             self.index = Index::default();
@@ -491,74 +502,44 @@ impl Supervisor {
         }
     }
 
-    /// Arms, if nothing speaks against it.
-    #[inline(always)]
-    fn arm(&mut self, alarms: Alarms) {
-        if self.state != State::Idle || alarms.has(Alarms::UNWELL) {
-            self.refuse();
-            return;
-        }
-        self.state = State::Armed;
-        self.torque_nm = 0.0;
-        self.stopping = true;
-        self.ticks_limited = 0;
-        self.ticks_stuck = 0;
-    }
-
-    #[inline]
-    fn refuse(&mut self) {
-        self.refused = self.refused.saturating_add(1);
-    }
-
-    #[inline]
-    fn settle(&mut self) {
-        let flows = self.state == State::Armed
-            && !self.stopping
-            && !self.asked_to_arm
-            && self.ticks_limited == 0;
-        self.held = Alarms::HELD.when(!flows);
-    }
-
     /// The most serious thing wrong in this tick.
     #[inline(always)]
     fn examine(&mut self, limits: &Limits, seen: &Observation) -> Fault {
         let armed = self.state == State::Armed;
-        let alarms = seen.alarms;
+        let stuck = armed && self.stuck(limits, seen.step_counts);
         // Finite only if all three are.
-        let finite = (seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite();
-        let stuck = self.stuck(limits, seen.step_counts);
-        let speed_rad_s = seen.velocity_rad_s.abs();
-        let silent = self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks;
-        // In nearly every tick nothing is wrong; only otherwise is it asked what.
-        let anything = !finite
-            || (alarms != Alarms::default() && alarms != Alarms::UNWELL)
-            || speed_rad_s > limits.speed_rad_s
-            || (armed
-                && (alarms.has(Alarms::UNWELL)
-                    || stuck
-                    || self.ticks_limited >= limits.limit_ticks
-                    || silent));
-        if !anything {
+        if !(seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite() {
+            cold_path();
+            return Fault::NotFinite;
+        }
+        // An unwell drive matters only if it may get torque.
+        let ignored = Alarms::UNWELL.when(!armed);
+        let alarms = seen.alarms.and(ignored);
+        let overspeed = seen.velocity_rad_s.abs() > limits.speed_rad_s;
+        if alarms != ignored || overspeed {
+            cold_path();
+            return if armed && alarms.has(Alarms::UNWELL) {
+                Fault::DriveFault
+            } else if alarms.has(Alarms::ILLEGAL) {
+                Fault::EncoderIllegal
+            } else if alarms.has(Alarms::INDEX) {
+                Fault::IndexMismatch
+            } else if alarms.has(Alarms::REJECTED) || overspeed {
+                Fault::Overspeed
+            } else if stuck {
+                Fault::StuckEncoder
+            } else {
+                Fault::DeadlineMissed
+            };
+        }
+        if !armed {
             return Fault::None;
         }
-        cold_path();
-        if !finite {
-            Fault::NotFinite
-        } else if armed && alarms.has(Alarms::UNWELL) {
-            Fault::DriveFault
-        } else if alarms.has(Alarms::ILLEGAL) {
-            Fault::EncoderIllegal
-        } else if alarms.has(Alarms::INDEX) {
-            Fault::IndexMismatch
-        } else if alarms.has(Alarms::REJECTED) || speed_rad_s > limits.speed_rad_s {
-            Fault::Overspeed
-        } else if armed && stuck {
+        if stuck {
             Fault::StuckEncoder
-        } else if alarms.has(Alarms::LATE) {
-            Fault::DeadlineMissed
-        } else if armed && self.ticks_limited >= limits.limit_ticks {
+        } else if self.ticks_limited >= limits.limit_ticks {
             Fault::LimitTooLong
-        } else if armed && silent {
+        } else if self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks {
             Fault::CommandTimeout
         } else {
             Fault::None
@@ -608,9 +589,10 @@ impl Supervisor {
     /// A step towards zero. A fault that has got there takes the drive away.
     #[inline(always)]
     fn ramp(&mut self, limits: &Limits) -> (f32, bool, Limit) {
-        let left = self.torque_nm.abs() - limits.ramp_nm;
-        if left > 0.0 {
-            self.torque_nm = left.copysign(self.torque_nm);
+        let size_nm = self.torque_nm.abs();
+        if size_nm > limits.ramp_nm {
+            cold_path();
+            self.torque_nm = (size_nm - limits.ramp_nm).copysign(self.torque_nm);
         } else {
             self.torque_nm = 0.0;
             if self.state == State::Fault {

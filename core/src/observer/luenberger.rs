@@ -175,7 +175,10 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
     #[inline]
     pub fn step(&self, state: &mut State<T>, step_counts: i32, torque_nm: T) -> Estimate<T> {
         let measured = T::of_count(step_counts) * self.settings.rad_per_count;
-        if measured.abs() > self.largest_step_rad {
+        // Written so that a NaN fails it.
+        let possible = measured.abs() <= self.largest_step_rad
+            && torque_nm.abs() <= self.settings.max_torque_nm;
+        if !possible {
             cold_path();
             state.rejected = state.rejected.saturating_add(1);
         } else {
@@ -191,7 +194,7 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
         self.friction.z_ss_rad(state.estimate.velocity_rad_s.abs())
     }
 
-    /// As [`Self::step`] for a step that an axis can make, given [`Self::z_ss_rad`] of the state. Gives the step, rad.
+    /// As [`Self::step`] for a step and a torque that can be, given [`Self::z_ss_rad`] of the state. Gives the step, rad.
     #[inline(always)]
     pub(crate) fn step_at(
         &self,
@@ -213,10 +216,8 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
                 - self.by_deflection * next
                 - self.by_deflection_step * (next - z);
         let z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
-        // Comparisons written so that a NaN fails them.
-        let believed =
-            velocity_rad_s.abs() <= s.max_speed_rad_s && torque_nm.abs() <= s.max_torque_nm;
-        if believed {
+        // Written so that a NaN fails it, of the torque too.
+        if velocity_rad_s.abs() <= s.max_speed_rad_s {
             state.estimate = Estimate {
                 velocity_rad_s,
                 z_rad,

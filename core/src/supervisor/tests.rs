@@ -78,8 +78,8 @@ fn arming_alone_gives_no_torque() {
         alarms: Alarms::UNWELL,
         ..WELL
     };
-    supervisor.ask(&LIMITS, Request::Arm);
     assert!(is_off(supervisor.step(&LIMITS, &unwell)));
+    assert!(is_off(asked(&mut supervisor, Request::Arm)));
     assert_eq!((supervisor.state(), supervisor.refused()), (State::Idle, 2));
     let verdict = asked(&mut supervisor, Request::Arm);
     assert!(verdict.drive_enabled && verdict.torque_nm == 0.0);
