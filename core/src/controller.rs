@@ -80,13 +80,9 @@ pub struct Controller {
 impl Controller {
     /// At boot, the axis at rest at a counter reading.
     pub fn new(config: &Config, raw: u32, watchdog_reset: bool) -> Self {
-        let silence = Experiment::Sine {
-            amplitude_nm: 0.0,
-            period_ticks: 1,
-        };
         Self {
             state: config.tick.start(raw),
-            player: Player::new(silence, config.tick_s),
+            player: Player::new(Experiment::SILENCE, config.tick_s),
             guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
             begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
@@ -477,6 +473,40 @@ mod tests {
         assert_eq!(next.z_time_free_rad, last.z_time_free_rad);
         assert!((next.torque_ref_nm - last.torque_ref_nm).abs() < 2e-5);
         assert_eq!(next.tick, last.tick + 1);
+    }
+
+    #[test]
+    fn silence_is_a_fault_in_its_tick_whatever_is_watched_and_with_a_shorter_limit_too() {
+        // Armed in tick 200, playing from 201: the time-out is 10,000 ticks, or 1,000 from tick 1701 on.
+        for (ticks, shorter, fault_tick) in [
+            (u32::MAX, false, 10_201),
+            (20_000, false, 10_201),
+            (5_000, false, 10_201),
+            (20_000, true, 1_701),
+        ] {
+            let mut config = BENCH.build(TICK_S, 1).unwrap();
+            let mut controller = armed(&config);
+            let experiment = Experiment::Sine {
+                amplitude_nm: 0.001,
+                period_ticks: 10_000,
+            };
+            let order = play(experiment, Bounds::open(ticks));
+            let mut record = ordered(&mut controller, &config, 7, order).record;
+            while record.status.fault() == Some(Fault::None) {
+                if shorter && record.tick == 1_700 {
+                    let quick = Parameters {
+                        command_timeout_s: 0.1,
+                        ..BENCH
+                    };
+                    config = quick.build(TICK_S, 1).unwrap();
+                    controller.take_over(&config);
+                }
+                record = controller.step(&config, &well(7)).record;
+                assert!(record.tick <= fault_tick, "{ticks} {shorter}");
+            }
+            assert_eq!(record.status.fault(), Some(Fault::CommandTimeout));
+            assert_eq!(record.tick, fault_tick);
+        }
     }
 
     #[test]

@@ -129,6 +129,17 @@ pub struct Player<T> {
 /// Seed of the shift register of [`Experiment::Prbs`]; any value but zero gives the same sequence, shifted.
 const PRBS_START: u16 = 0x3ff;
 
+impl<T: Real> Experiment<T> {
+    /// No torque, for ever. A pulse of nothing, which takes less time than a sine of nothing.
+    pub const SILENCE: Self = Self::PulseThenOscillation {
+        pulse_nm: T::ZERO,
+        pulse_ticks: u32::MAX,
+        mean_nm: T::ZERO,
+        amplitude_nm: T::ZERO,
+        period_ticks: 1,
+    };
+}
+
 impl<T: Real> Player<T> {
     /// Starts at the beginning; a tick lasts `tick_s`.
     pub fn new(experiment: Experiment<T>, tick_s: T) -> Self {
@@ -159,11 +170,9 @@ impl<T: Real> Player<T> {
     /// Plays no torque from now on.
     #[inline]
     pub fn silence(&mut self) {
-        self.experiment = Experiment::Sine {
-            amplitude_nm: T::ZERO,
-            period_ticks: 1,
-        };
+        self.experiment = Experiment::SILENCE;
         self.phase = 0;
+        self.step = 0;
     }
 
     /// As [`Self::next_tick`], for the one signal that needs no choice between signals; `None` for the others.

@@ -305,6 +305,22 @@ mod tests {
     }
 
     #[test]
+    fn the_encoders_longest_step_is_one_that_the_observer_believes() {
+        for counts_per_rev in [4096.0, 16384.0, 20_000.0, 65_536.0] {
+            let parameters = Parameters {
+                counts_per_rev,
+                ..BENCH
+            };
+            let encoder = parameters.build(1e-4, 1).unwrap().tick.encoder;
+            // A tick at half above the speed limit; what is left of a count is no step.
+            let counts = 1.5 * parameters.max_speed_rad_s * 1e-4 / parameters.rad_per_count();
+            let (most, mut state) = (counts as u32, encoder.start(0));
+            assert_eq!(encoder.update(&mut state, most), Some(most as i32));
+            assert_eq!(encoder.update(&mut state, 2 * most + 1), None, "{counts}");
+        }
+    }
+
+    #[test]
     fn out_of_range_is_refused_with_the_range() {
         for (number, entry) in ENTRIES.iter().enumerate() {
             let mut parameters = BENCH;

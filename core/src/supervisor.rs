@@ -560,7 +560,6 @@ impl Supervisor {
     #[inline(always)]
     fn armed(&mut self, limits: &Limits, wanted_nm: f32) -> (f32, bool, Limit) {
         if self.stopping {
-            cold_path();
             self.ticks_limited = 0;
             return self.ramp(limits);
         }
@@ -589,10 +588,11 @@ impl Supervisor {
     /// A step towards zero. A fault that has got there takes the drive away.
     #[inline(always)]
     fn ramp(&mut self, limits: &Limits) -> (f32, bool, Limit) {
-        let size_nm = self.torque_nm.abs();
-        if size_nm > limits.ramp_nm {
-            cold_path();
-            self.torque_nm = (size_nm - limits.ramp_nm).copysign(self.torque_nm);
+        let torque_nm = self.torque_nm;
+        if torque_nm > limits.ramp_nm {
+            self.torque_nm = torque_nm - limits.ramp_nm;
+        } else if torque_nm < -limits.ramp_nm {
+            self.torque_nm = torque_nm + limits.ramp_nm;
         } else {
             self.torque_nm = 0.0;
             if self.state == State::Fault {
