@@ -201,14 +201,15 @@ pub extern "C" fn kernel_reduced_order(step: u32, torque: u32) -> u32 {
 #[inline(never)]
 pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
     let bench = bench();
-    let order = match order {
-        1 => Some(Order::Request(Request::Arm)),
-        2 => Some(bench.play),
-        3 => Some(Order::Request(Request::KeepAlive)),
-        _ => None,
-    };
-    if let Some(order) = order {
-        bench.controller.obey(&bench.config, &order);
+    match order {
+        1 => bench
+            .controller
+            .obey(&bench.config, &Order::Request(Request::Arm)),
+        2 => bench.controller.obey(&bench.config, &bench.play),
+        3 => bench
+            .controller
+            .obey(&bench.config, &Order::Request(Request::KeepAlive)),
+        _ => {}
     }
     let input = Input {
         raw,
