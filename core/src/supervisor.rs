@@ -435,7 +435,9 @@ impl Supervisor {
         }
         let torque_nm = seen.wanted_nm;
         // The difference is zero, or NaN where the deflection is not finite.
-        let change_nm = torque_nm - self.torque_nm + (seen.z_rad - seen.z_rad);
+        #[expect(clippy::eq_op, reason = "NaN where it is not finite")]
+        let nothing = seen.z_rad - seen.z_rad;
+        let change_nm = torque_nm - self.torque_nm + nothing;
         // Written so that a NaN fails it.
         let usual = seen.velocity_rad_s.abs() <= usual_speed_rad_s
             && torque_nm.abs() <= usual_torque_nm
