@@ -6,16 +6,21 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod diagnose;
 pub mod error;
 pub mod experiments;
 mod input;
+pub mod inverse;
 pub mod log;
 mod names;
 pub mod observe;
 pub mod output;
 pub mod report;
+pub mod run;
+pub mod plan;
 pub mod signal;
 pub mod simulate;
+mod toml_text;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -78,7 +78,7 @@ fn ripple(size: f64, shape: &Shape, axis: &Axis) -> Built {
             share,
             wave: Wave::new(per_rad, shape),
         },
-        &[("share", share), ("order_per_rev", per_turn)],
+        &[("amplitude_share", share), ("order_per_rev", per_turn)],
     )
 }
 
@@ -110,7 +110,7 @@ fn lag(size: f64, _: &Shape, _: &Axis) -> Built {
             first: 0.0,
             second: 0.0,
         },
-        &[("time_s", time_s)],
+        &[("lag_s", time_s)],
     )
 }
 
@@ -137,7 +137,7 @@ fn delay(size: f64, _: &Shape, _: &Axis) -> Built {
             time_s,
             history: History::new(),
         },
-        &[("time_s", time_s)],
+        &[("delay_s", time_s)],
     )
 }
 
@@ -184,7 +184,7 @@ impl Form for Deadzone {
 
 fn deadzone(size: f64, _: &Shape, axis: &Axis) -> Built {
     let half = 0.6 * size * axis.scale();
-    built(Deadzone { half }, &[("threshold_nm", half)])
+    built(Deadzone { half }, &[("width_nm", half)])
 }
 
 /// A torque constant that falls as the iron fills.
@@ -207,7 +207,7 @@ fn gain(size: f64, shape: &Shape, axis: &Axis) -> Built {
             fall,
             knee: axis.scale() * (2.0 + 2.0 * shape[0]),
         },
-        &[("share", -fall)],
+        &[],
     )
 }
 
@@ -234,6 +234,6 @@ fn voltage_limit(size: f64, shape: &Shape, axis: &Axis) -> Built {
             torque: axis.torque_limit * (0.6 + 0.4 * shape[0]),
             speed,
         },
-        &[("speed_rad_s", speed)],
+        &[("no_load_rad_s", speed)],
     )
 }

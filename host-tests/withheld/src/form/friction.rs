@@ -98,7 +98,7 @@ fn stribeck(size: f64, shape: &Shape, axis: &Axis) -> Built {
     let rise = size * axis.scale();
     built(
         Stribeck { rise, velocity },
-        &[("rise_nm", rise), ("velocity_rad_s", velocity)],
+        &[("rise_share", size), ("stribeck_velocity_rad_s", velocity)],
     )
 }
 
@@ -126,13 +126,7 @@ fn presliding(size: f64, shape: &Shape, axis: &Axis) -> Built {
     } else {
         Law::Lugre
     };
-    built(
-        Presliding { z_ss, law },
-        &[
-            ("z_ss_rad", z_ss),
-            ("stiffness_nm_rad", axis.scale() / z_ss),
-        ],
-    )
+    built(Presliding { z_ss, law }, &[("z_ss_rad", z_ss)])
 }
 
 /// Dry and viscous friction differ by direction, each by a share of its own.
@@ -197,7 +191,10 @@ fn position(size: f64, shape: &Shape, axis: &Axis) -> Built {
         wave: Wave::new(per_rad, shape),
         bump: shape[4] < 0.4,
     };
-    built(form, &[("share", share), ("order_per_rev", per_turn)])
+    built(
+        form,
+        &[("amplitude_share", share), ("order_per_rev", per_turn)],
+    )
 }
 
 /// Friction of a gear that grows with the torque it passes on, rounded near zero.
@@ -255,7 +252,7 @@ fn thermal(size: f64, shape: &Shape, axis: &Axis) -> Built {
         time_s,
         heat: 0.0,
     };
-    built(form, &[("share", -fall), ("time_s", time_s)])
+    built(form, &[("fall_share", fall), ("warm_up_s", time_s)])
 }
 
 /// Break-away grows with the logarithm of the time at rest, and is forgotten over a short way.
@@ -290,7 +287,7 @@ fn dwell(size: f64, shape: &Shape, axis: &Axis) -> Built {
             way,
             bond: 0.0,
         },
-        &[("share", 1.2 * size), ("time_s", time_s)],
+        &[("rise_share", 1.2 * size), ("dwell_s", time_s)],
     )
 }
 
@@ -323,7 +320,7 @@ fn lag(size: f64, _: &Shape, _: &Axis) -> Built {
             first: 0.0,
             second: 0.0,
         },
-        &[("time_s", time_s)],
+        &[("lag_s", time_s)],
     )
 }
 
@@ -372,7 +369,7 @@ fn nonlocal(size: f64, shape: &Shape, axis: &Axis) -> Built {
             at: 0.0,
             level: 0.0,
         },
-        &[("share", part)],
+        &[],
     )
 }
 
@@ -399,7 +396,7 @@ fn quadratic(size: f64, shape: &Shape, axis: &Axis) -> Built {
     built(
         form,
         &[(
-            "coefficient_nm_s2_rad2",
+            "drag_nm_s2_rad2",
             at_rated / (axis.rated_speed * axis.rated_speed),
         )],
     )

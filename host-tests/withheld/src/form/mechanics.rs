@@ -135,8 +135,7 @@ fn compliance(size: f64, shape: &Shape, axis: &Axis) -> Built {
     built(
         form,
         &[
-            ("frequency_hz", frequency_hz),
-            ("stiffness_nm_rad", stiffness),
+            ("compliance_rad_nm", 1.0 / stiffness),
             ("load_share", load_share),
         ],
     )
@@ -330,7 +329,11 @@ fn inertia_change(size: f64, shape: &Shape, axis: &Axis) -> Built {
             phase: TAU * shape[2],
         }
     };
-    built(form, &[("share", share)])
+    let name = match form {
+        InertiaChange::Payload { .. } => ("share", share),
+        InertiaChange::Crank { .. } => ("amplitude_share", 0.5 * share),
+    };
+    built(form, &[name])
 }
 
 /// A line in time with a third harmonic.

@@ -117,7 +117,7 @@ fn delay(size: f64, _: &Shape, _: &Axis) -> Built {
             time_s,
             history: History::new(),
         },
-        &[("time_s", time_s)],
+        &[("delay_s", time_s)],
     )
 }
 
@@ -162,10 +162,7 @@ fn lost_counts(size: f64, shape: &Shape, axis: &Axis) -> Built {
         turn: None,
         sum: 0.0,
     };
-    built(
-        form,
-        &[("counts", counts), ("step_rad", counts * axis.count)],
-    )
+    built(form, &[("lost_rad", counts * axis.count)])
 }
 
 /// Samples taken late by a random time, most of them by little.
@@ -194,6 +191,6 @@ fn jitter(size: f64, shape: &Shape, axis: &Axis) -> Built {
             shape: *shape,
             draw: randomness(shape),
         },
-        &[("time_s", time_s)],
+        &[("jitter_s", time_s)],
     )
 }
