@@ -314,17 +314,21 @@ fn believe(axis: &Axis, class: Class, draw: &mut Draw) -> ((f64, Friction), Vec<
     let (inertia, friction) = match class {
         Class::Clean => (axis.inertia, *truth),
         Class::Parameters => {
-            // One to three of the three that every axis has.
-            let mut large = |wrong: bool| {
+            // One or two of the three that every axis has.
+            let first = draw.below(3);
+            let second = if draw.chance(0.5) {
+                (first + 1) % 3
+            } else {
+                first
+            };
+            let factors: [f64; 3] = std::array::from_fn(|i| {
+                let wrong = i == first || i == second;
                 if wrong {
                     1.0 + draw.sign() * draw.even(0.05, 0.3)
                 } else {
                     1.0
                 }
-            };
-            let first = (axis.inertia.to_bits() % 3) as usize;
-            let second = truth.coulomb.to_bits() % 2 == 0;
-            let factors = [0, 1, 2].map(|i| large(i == first || (second && i == (first + 1) % 3)));
+            });
             let mut friction = *truth;
             friction.coulomb *= factors[1];
             friction.stiction *= factors[1];
@@ -452,8 +456,13 @@ mod tests {
             let (run, step) = (&runs[0], 1.0 / axis.rate_hz);
             let acceleration = second_derivative(&run.position, step);
             let mut z = 0.0;
-            let (mut sum, mut noise, mut count) = (0.0, 0.0, 0.0);
-            for k in 200..run.effort.len() - 200 {
+            let (mut sum, mut noise, mut count) = (0.0, 0.0, 0.0f64);
+            for (k, acceleration) in acceleration
+                .iter()
+                .enumerate()
+                .take(run.effort.len() - 200)
+                .skip(200)
+            {
                 // Velocity over 12 ms, about the middle of the sample, for friction that slides.
                 let v = (run.position[k + 13] - run.position[k - 12]) / (25.0 * step);
                 let friction = &axis.friction;
@@ -469,17 +478,14 @@ mod tests {
                     .all(|row| row[2].abs() > 0.04 * axis.rated_speed)
                 {
                     let left =
-                        run.effort[k] - axis.inertia * acceleration[k] - dry - friction.viscous * v;
+                        run.effort[k] - axis.inertia * acceleration - dry - friction.viscous * v;
                     sum += left * left;
                     // Fast motion has more of it than rest: the floor of these samples, not of all.
                     noise += run.noise[k] * run.noise[k];
                     count += 1.0;
                 }
             }
-            let (left, floor) = (
-                (sum / f64::from(count)).sqrt(),
-                (noise / f64::from(count)).sqrt(),
-            );
+            let (left, floor) = ((sum / count).sqrt(), (noise / count).sqrt());
             println!("seed {seed}: left {left:.3e}, floor {floor:.3e}, {count} samples");
             // Coloured noise of 30 ms over a few seconds: a spread of some 5 % in rms; the window and the velocity over
             // 12 ms leave a few percent more.

@@ -101,7 +101,7 @@ fn ladder(samples: usize, axis: &Axis, step: f64, draw: &mut Draw) -> Vec<f64> {
         let forward = if pairs > 1.0 {
             forward
         } else {
-            (t / each) as usize % 2 == 0
+            ((t / each) as usize).is_multiple_of(2)
         };
         let wanted = if forward { speed } else { -speed };
         let change = (wanted - now).clamp(-limit * step, limit * step);

@@ -2,7 +2,7 @@
 
 use crate::output::{self, Progress, short};
 use crate::source::{self, End, Source};
-use bristle_gap::capture::{Capture, MOST_FAULTS, Layout, Position, Sample, Summary};
+use bristle_gap::capture::{Capture, Layout, MOST_FAULTS, Position, Sample, Summary};
 use bristle_gap::output::AtomicFile;
 use bristle_gap::report::Table;
 use bristle_gap::{AxisFile, InputError, Unit};

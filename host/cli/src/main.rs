@@ -1,6 +1,7 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
 mod bench;
+mod blind;
 mod capture;
 mod check;
 mod compare;
@@ -38,6 +39,7 @@ enum Command {
     Compare(compare::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Blind(blind::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -74,6 +76,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Compare(args) => compare::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Blind(args) => blind::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);
