@@ -5,6 +5,8 @@ mod blind;
 mod capture;
 mod check;
 mod compare;
+mod diagnose;
+mod effects;
 mod link;
 mod observe;
 mod output;
@@ -14,6 +16,7 @@ mod setup;
 mod simulate;
 mod source;
 mod target;
+mod trials;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -37,9 +40,12 @@ enum Command {
     Simulate(simulate::Args),
     Check(check::Args),
     Compare(compare::Args),
+    Diagnose(diagnose::Args),
+    Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
     Blind(blind::Args),
+    Trials(trials::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -74,9 +80,12 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Diagnose(args) => diagnose::run(args),
+        Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
         Command::Blind(args) => blind::run(args),
+        Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

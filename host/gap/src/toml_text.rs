@@ -62,7 +62,12 @@ impl<'a> Source<'a> {
         })
     }
 
-    pub(crate) fn number(&self, name: &str, value: &Value<'_>, range: Range) -> Result<f64, InputError> {
+    pub(crate) fn number(
+        &self,
+        name: &str,
+        value: &Value<'_>,
+        range: Range,
+    ) -> Result<f64, InputError> {
         let number = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             // From here to there as text: a whole number beyond 64 bits is still a fine float.

@@ -114,7 +114,15 @@ impl Score {
             at_least,
         };
         let single: Vec<&Outcome> = strong.iter().chain(&even).copied().collect();
+        let every: Vec<&Outcome> = outcomes.iter().collect();
         let figures = vec![
+            figure(
+                "cases without an answer",
+                &every,
+                share(&every, |one| one.kind == "error"),
+                0.0,
+                false,
+            ),
             figure(
                 "4x single: exact",
                 &strong,

@@ -6,7 +6,7 @@
 use super::regime::Node;
 use super::spectrum;
 use crate::error::InputError;
-use crate::inverse::{Added, Fit, Free, Model, Owner, Record};
+use crate::inverse::{Added, Fit, Free, Model, Owner, Record, fit_near};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Scale};
 use nalgebra::{DMatrix, DVector};
@@ -381,10 +381,11 @@ impl<'a> Background<'a> {
     ) -> Result<Option<(Model, Fit)>, InputError> {
         let mut best: Option<(Model, Fit)> = None;
         for start in starts {
-            let model = self.with(entry, start);
+            let mut model = self.with(entry, start);
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
-            let fit = crate::inverse::fit(&model, self.records, self.weights, from)?;
+            model.scales_effort |= model.changes_gain(self.records, &from)?;
+            let fit = fit_near(&model, self.records, self.weights, from, &self.fit.jacobian)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
             }

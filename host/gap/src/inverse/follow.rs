@@ -29,6 +29,8 @@ pub struct Running {
     pub sensors: Option<MakeSensors>,
     /// How much later than recorded the effort acts, samples.
     pub skew_samples: f64,
+    /// The effort is taken as so many times what was recorded.
+    pub times: f64,
 }
 
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
@@ -90,7 +92,7 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
             load.as_ref().map_or((position_rad, v), |load| {
                 (load.position_rad, load.velocity_rad_s)
             });
-        let mut effort = later.at(&stretch.effort_nm, k);
+        let mut effort = running.times * later.at(&stretch.effort_nm, k);
         if record.commanded {
             drive.accept(effort);
             effort = drive.advance(step_s, keeps);

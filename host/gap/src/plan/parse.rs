@@ -70,11 +70,7 @@ impl Reader<'_> {
                             }
                             Time::REST => rest_ticks = Some(self.ticks(Time::REST, value, true)?),
                             _ => {
-                                return Err(self.unknown(
-                                    key,
-                                    "[plan]",
-                                    &[Time::MOST, Time::REST],
-                                ));
+                                return Err(self.unknown(key, "[plan]", &[Time::MOST, Time::REST]));
                             }
                         }
                     }
@@ -93,10 +89,7 @@ impl Reader<'_> {
         let Some(list) = document.get(EXPERIMENT) else {
             return Err(form(0..0));
         };
-        let entries = list
-            .get_ref()
-            .as_array()
-            .ok_or_else(|| form(list.span()))?;
+        let entries = list.get_ref().as_array().ok_or_else(|| form(list.span()))?;
         if entries.is_empty() || entries.len() > MOST_STEPS {
             return Err(self.source.wrong(
                 list.span(),
@@ -107,8 +100,7 @@ impl Reader<'_> {
         for entry in entries.iter() {
             let table = entry.get_ref().as_table();
             let table = table.ok_or_else(|| form(entry.span()))?;
-            plan.steps
-                .push(self.step(entry.span(), table, rest_ticks)?);
+            plan.steps.push(self.step(entry.span(), table, rest_ticks)?);
         }
         plan.duration(self.axis)
             .map_err(|(message, remedy)| self.source.wrong(most, message, remedy))?;

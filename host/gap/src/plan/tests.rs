@@ -136,13 +136,18 @@ fn mistakes_are_one_line_with_place_and_remedy() {
 
 #[test]
 fn a_plan_beyond_the_axis_is_not_written() {
-    let axis = axis("[axis]\ninertia_kg_m2 = 1e-4\n[friction]\ncoulomb_nm = 0.05\n[drive]\ntorque_limit_nm = 0.06\n");
+    let axis = axis(
+        "[axis]\ninertia_kg_m2 = 1e-4\n[friction]\ncoulomb_nm = 0.05\n[drive]\ntorque_limit_nm = 0.06\n",
+    );
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plan.toml");
     let plan = Plan::new(vec![Step::new(Named::Pulse, &axis)]);
     // 1.75 times 0.05 N m.
     let error = plan.check(&axis, &path).unwrap_err().to_string();
-    assert!(error.contains("the pulse asks for 8.7500e-2 N m"), "{error}");
+    assert!(
+        error.contains("the pulse asks for 8.7500e-2 N m"),
+        "{error}"
+    );
     assert!(plan.write(&path, &axis).is_err());
     assert!(!path.exists());
 }

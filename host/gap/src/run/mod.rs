@@ -183,7 +183,8 @@ impl Run<'_> {
     ) -> Result<f64, InputError> {
         let axis = self.axis;
         let limit_rad = travel_limit_rad(axis);
-        let offset_rad = |bench: &dyn Bench| (bench.counts() - origin) as f64 * axis.rad_per_count();
+        let offset_rad =
+            |bench: &dyn Bench| (bench.counts() - origin) as f64 * axis.rad_per_count();
         let offset = offset_rad(bench);
         let needs = step.experiment.needs(1.0 / axis.rate_hz).travel_rad;
         // Half of the travel for what a torque makes of the axis.

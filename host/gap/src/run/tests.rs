@@ -58,7 +58,8 @@ fn play(
         axis,
         layout: layout(axis.unit),
     };
-    let place = |number: usize, step: &Step| folder.path().join(format!("{number}-{}.csv", step.name()));
+    let place =
+        |number: usize, step: &Step| folder.path().join(format!("{number}-{}.csv", step.name()));
     let played = run.play(plan, &mut bench, &place, notes);
     (folder, played)
 }
@@ -137,8 +138,13 @@ fn the_same_seed_makes_the_same_log() {
                 axis: &axis,
                 layout: layout(axis.unit),
             };
-            run.play(&plan, &mut bench, &|_, _| path.clone(), &mut Notes::default())
-                .unwrap();
+            run.play(
+                &plan,
+                &mut bench,
+                &|_, _| path.clone(),
+                &mut Notes::default(),
+            )
+            .unwrap();
             std::fs::read(path).unwrap()
         })
         .collect();
@@ -167,9 +173,17 @@ fn a_bound_ends_an_experiment_and_the_plan_goes_on() {
     assert!((notes.done[0].travel_rad - 0.2).abs() < count);
     // One tick of 1.35 times stiction on the inertia beyond the bound.
     let tick_rad_s = 1.35 * axis.stiction_nm / axis.inertia_kg_m2 * 1e-4;
-    assert!(notes.done[1].speed_rad_s <= 1.0 + tick_rad_s, "{:?}", notes.done[1]);
+    assert!(
+        notes.done[1].speed_rad_s <= 1.0 + tick_rad_s,
+        "{:?}",
+        notes.done[1]
+    );
     assert!(notes.done[2].torque_nm <= 0.02);
-    assert!(notes.done[..2].iter().all(|done| done.seen.samples < 10_000));
+    assert!(
+        notes.done[..2]
+            .iter()
+            .all(|done| done.seen.samples < 10_000)
+    );
     // A sample is no log.
     assert_eq!((notes.done[2].seen.samples, &notes.done[2].log), (1, &None));
 }
@@ -190,7 +204,9 @@ fn a_fault_ends_the_plan_and_keeps_what_was_recorded() {
     let (_folder, played) = play(&plan, &axis, &real, &mut notes);
     let error = played.unwrap_err().to_string();
     assert!(
-        error.contains("the sine was ended by a fault: torque above break-away but no encoder count"),
+        error.contains(
+            "the sine was ended by a fault: torque above break-away but no encoder count"
+        ),
         "{error}"
     );
     let ends: Vec<End> = notes.done.iter().map(|done| done.seen.end).collect();
@@ -273,7 +289,11 @@ fn what_asks_for_too_much_does_not_begin() {
     let error = bench
         .play(&experiment, &bounds, &mut |_, _| Ok(true))
         .unwrap_err();
-    assert!(error.to_string().contains("asks for more travel than its bound"));
+    assert!(
+        error
+            .to_string()
+            .contains("asks for more travel than its bound")
+    );
 }
 
 #[test]

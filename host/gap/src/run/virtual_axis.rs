@@ -129,9 +129,8 @@ fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
     let ticks = |seconds: f64| (seconds / tick_s).round().max(1.0) as u32;
     let stuck_nm = 1.2 * axis.stiction_nm + axis.offset_nm().abs();
     // The torque beyond stiction makes four counts in this time.
-    let counts_s = (8.0 * axis.rad_per_count() * axis.whole_inertia_kg_m2()
-        / (0.2 * axis.stiction_nm))
-        .sqrt();
+    let counts_s =
+        (8.0 * axis.rad_per_count() * axis.whole_inertia_kg_m2() / (0.2 * axis.stiction_nm)).sqrt();
     let limits = Limits {
         torque_nm: torque_nm as f32,
         // From one end to the other in a tick.
@@ -151,7 +150,11 @@ fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
     Ok(Config {
         tick: axis.tick(tick_s)?,
         limits: limits.checked().map_err(|error| {
-            InputError::new("axis file", error.to_string(), "correct it, or leave it out")
+            InputError::new(
+                "axis file",
+                error.to_string(),
+                "correct it, or leave it out",
+            )
         })?,
         tick_s: tick_s as f32,
         full_scale_nm: torque_nm as f32,
