@@ -1,6 +1,7 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
 mod bench;
+mod blind;
 mod capture;
 mod check;
 mod compare;
@@ -47,6 +48,7 @@ enum Command {
     Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
     #[command(
@@ -87,6 +89,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
