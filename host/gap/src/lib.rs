@@ -8,6 +8,7 @@ pub mod believed;
 pub mod capture;
 pub mod error;
 pub mod experiments;
+pub mod hygiene;
 mod input;
 pub mod log;
 mod names;
@@ -16,6 +17,7 @@ pub mod output;
 pub mod report;
 pub mod signal;
 pub mod simulate;
+pub mod stretch;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;
