@@ -8,6 +8,7 @@ pub mod believed;
 pub mod capture;
 pub mod error;
 pub mod experiments;
+pub mod floor;
 pub mod hygiene;
 mod input;
 pub mod log;

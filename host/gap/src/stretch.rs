@@ -41,7 +41,12 @@ pub fn stretches(log: &Log, axis: &AxisFile) -> Result<Vec<Stretch>, InputError>
     let step_s = log.median_step_s();
     let mut start = 0;
     let mut out = Vec::new();
-    for end in log.gaps().iter().map(|gap| gap.before + 1).chain([log.len()]) {
+    for end in log
+        .gaps()
+        .iter()
+        .map(|gap| gap.before + 1)
+        .chain([log.len()])
+    {
         let range = start..end;
         start = end;
         if range.len() < 2 {
@@ -164,7 +169,8 @@ mod tests {
         assert!((noise * 12_f64.sqrt() - 1.0).abs() < 0.02, "{noise}");
         let fc: f64 = 20.0;
         let a = crate::signal::rms(stretch.motion(fc).acceleration_rad_s2);
-        let formula = (2.0 * step_s * std::f64::consts::TAU.powi(4) * fc.powi(5) * 0.277_68 / 12.0).sqrt();
+        let formula =
+            (2.0 * step_s * std::f64::consts::TAU.powi(4) * fc.powi(5) * 0.277_68 / 12.0).sqrt();
         // The bilinear transform and some thousand independent values of a: 5 %.
         assert!((a / formula - 1.0).abs() < 0.05, "{a} {formula}");
     }

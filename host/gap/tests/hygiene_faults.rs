@@ -80,7 +80,11 @@ fn wrong_counts_by_a_factor_in_counts() {
             let count = bristle_gap::stretch::rad_per_count(&axis).unwrap();
             let mut counted = log.clone();
             counted.position.kind = PositionKind::Counts;
-            counted.position.values.iter_mut().for_each(|q| *q = (*q / count).round());
+            counted
+                .position
+                .values
+                .iter_mut()
+                .for_each(|q| *q = (*q / count).round());
             // The position reference tells nothing here: it is in the drive's unit.
             let mut wrong = axis.clone();
             wrong.axis.counts_per_turn = axis.axis.counts_per_turn.map(|counts| counts / factor);
@@ -157,7 +161,11 @@ fn saturation_at_the_limit_of_the_drive() {
         let usable = hygiene.usable(log.len());
         // Isolated samples at the limit are no plateau; all but a few lie in the stretches.
         let left = at_limit.iter().filter(|&&k| usable[k]).count();
-        assert!(at_limit.len() > 20 && left * 10 < at_limit.len(), "{left} of {}", at_limit.len());
+        assert!(
+            at_limit.len() > 20 && left * 10 < at_limit.len(),
+            "{left} of {}",
+            at_limit.len()
+        );
         assert!(usable.iter().filter(|usable| **usable).count() * 2 > log.len());
     }
 }
@@ -168,7 +176,10 @@ fn saturation_where_the_limit_is_not_known() {
         let axis = rotary(rate_hz, 17);
         let sound = record(&axis, Named::Sine, 4.0, 0.0, 1);
         let clip = |log: &mut Log| {
-            log.efforts[0].values.iter_mut().for_each(|u| *u = u.clamp(-0.11, 0.11));
+            log.efforts[0]
+                .values
+                .iter_mut()
+                .for_each(|u| *u = u.clamp(-0.11, 0.11));
         };
         let mut with_reference = sound.clone();
         clip(&mut with_reference);
@@ -205,7 +216,9 @@ fn stuck_encoder() {
         let mut offset = log.clone();
         let lost = offset.position.values[from + n] - held;
         offset.position.values[from..from + n].fill(held);
-        offset.position.values[from + n..].iter_mut().for_each(|q| *q -= lost);
+        offset.position.values[from + n..]
+            .iter_mut()
+            .for_each(|q| *q -= lost);
         let hygiene = finds(&axis, &offset, Code::StuckEncoder, Severity::Excluded);
         covers(&hygiene, Code::StuckEncoder, from + 1..from + n - 1);
     }
@@ -240,7 +253,8 @@ fn fastest(log: &Log) -> usize {
 fn covers(hygiene: &Hygiene, code: Code, range: std::ops::Range<usize>) {
     let out = excluded(hygiene, code);
     assert!(
-        out.iter().any(|out| out.start <= range.start && range.end <= out.end),
+        out.iter()
+            .any(|out| out.start <= range.start && range.end <= out.end),
         "{out:?} {range:?}"
     );
     let all: usize = out.iter().map(|out| out.len()).sum();
@@ -252,7 +266,12 @@ fn covers(hygiene: &Hygiene, code: Code, range: std::ops::Range<usize>) {
 fn outliers_and_jumps() {
     for (axis, log) in cases() {
         // A tenth of what the axis moves in all, for one sample.
-        let size = 0.1 * (log.position.values.iter().fold(0.0_f64, |m, q| m.max(q.abs())));
+        let size = 0.1
+            * (log
+                .position
+                .values
+                .iter()
+                .fold(0.0_f64, |m, q| m.max(q.abs())));
         for at in [700, log.len() / 2] {
             let mut outlier = log.clone();
             outlier.position.values[at] += size;
@@ -260,7 +279,9 @@ fn outliers_and_jumps() {
             covers(&hygiene, Code::PositionOutlier, at..at + 1);
 
             let mut jump = log.clone();
-            jump.position.values[at..].iter_mut().for_each(|q| *q += size);
+            jump.position.values[at..]
+                .iter_mut()
+                .for_each(|q| *q += size);
             let hygiene = finds(&axis, &jump, Code::PositionJump, Severity::Excluded);
             covers(&hygiene, Code::PositionJump, at..at + 1);
         }
@@ -298,14 +319,33 @@ fn velocity_column_of_another_unit_sign_or_place() {
             log.velocity = Some(values);
             log
         };
-        assert!(inspect(&with(velocity.clone()), &axis).unwrap().findings.is_empty());
+        assert!(
+            inspect(&with(velocity.clone()), &axis)
+                .unwrap()
+                .findings
+                .is_empty()
+        );
         for factor in [-1.0, 9.549, 0.159] {
             let scaled = velocity.iter().map(|v| factor * v).collect();
-            let hygiene = finds(&axis, &with(scaled), Code::VelocityMismatch, Severity::Warning);
-            assert!(hygiene.findings[0].text.contains(&format!("{factor:.2}")[..3]));
+            let hygiene = finds(
+                &axis,
+                &with(scaled),
+                Code::VelocityMismatch,
+                Severity::Warning,
+            );
+            assert!(
+                hygiene.findings[0]
+                    .text
+                    .contains(&format!("{factor:.2}")[..3])
+            );
         }
         let other = log.efforts[0].values.iter().rev().copied().collect();
-        finds(&axis, &with(other), Code::VelocityMismatch, Severity::Warning);
+        finds(
+            &axis,
+            &with(other),
+            Code::VelocityMismatch,
+            Severity::Warning,
+        );
     }
 }
 
@@ -328,6 +368,9 @@ fn effort_late_or_early() {
         let hygiene = finds(&axis, &log, Code::TimingSkew, Severity::Warning);
         let samples = hygiene.skew.unwrap().samples;
         // Half a sample: what a fit of whole samples could not tell apart either.
-        assert!((samples - shift as f64).abs() < 0.5, "{samples} for {shift}");
+        assert!(
+            (samples - shift as f64).abs() < 0.5,
+            "{samples} for {shift}"
+        );
     }
 }

@@ -82,7 +82,11 @@ pub(super) fn inspect(
             // A late effort takes its share of the inertia away, which must not look like a factor.
             balance = aligned;
         }
-        if !out.findings.iter().any(|finding| finding.code == Code::WrongScale) {
+        if !out
+            .findings
+            .iter()
+            .any(|finding| finding.code == Code::WrongScale)
+        {
             wrong_scale(axis, &balance, rows.mean_speed, out);
         }
     }
@@ -112,7 +116,10 @@ impl Rows {
         out: &Hygiene,
     ) -> Self {
         let step_s = log.median_step_s();
-        let motions: Vec<Motion> = stretches.iter().map(|stretch| stretch.motion(cutoff)).collect();
+        let motions: Vec<Motion> = stretches
+            .iter()
+            .map(|stretch| stretch.motion(cutoff))
+            .collect();
         let speeds = || motions.iter().flat_map(|motion| &motion.velocity_rad_s);
         let top = speeds().fold(0.0_f64, |m, v| m.max(v.abs()));
         // Counts pass three times as fast as the low-pass, which then takes their sawtooth off; the friction curve has
@@ -252,9 +259,7 @@ fn wrong_scale(axis: &AxisFile, balance: &Balance, mean_speed: f64, out: &mut Hy
     let nearest = FACTORS
         .iter()
         .flat_map(|&factor| [factor, 1.0 / factor])
-        .min_by(|a, b| {
-            (a / factor).ln().abs().total_cmp(&(b / factor).ln().abs())
-        })
+        .min_by(|a, b| (a / factor).ln().abs().total_cmp(&(b / factor).ln().abs()))
         .unwrap_or(1.0);
     if !(0.85..=1.15).contains(&(factor / nearest)) {
         return;
@@ -268,7 +273,8 @@ fn wrong_scale(axis: &AxisFile, balance: &Balance, mean_speed: f64, out: &mut Hy
         return;
     }
     let (mut agrees, mut viscous_words) = (false, "viscous friction is not seen".to_string());
-    if let (Some(viscous), Some(believed_viscous)) = (balance.viscous_nm_s_rad, axis.friction.viscous)
+    if let (Some(viscous), Some(believed_viscous)) =
+        (balance.viscous_nm_s_rad, axis.friction.viscous)
     {
         let share = believed_viscous * mean_speed / nearest / believed;
         if viscous.significance() > SIGNIFICANT && believed_viscous > 0.0 && share > 0.05 {
@@ -316,7 +322,8 @@ fn timing(
 ) -> Result<Option<Balance>, InputError> {
     // A tenth of the low-pass's period: between such steps the residual bends like a parabola.
     let stride = rows.stride as isize;
-    let reach = ((LONGEST_SKEW_S / (rows.step_s * stride as f64)).ceil() as isize).clamp(3, MOST_SHIFTS);
+    let reach =
+        ((LONGEST_SKEW_S / (rows.step_s * stride as f64)).ceil() as isize).clamp(3, MOST_SHIFTS);
     let sums: Vec<_> = (-reach..=reach).map(|i| rows.sums(i * stride)).collect();
     let Some((best, gain)) = lowest(&sums, rows.mean_speed, None) else {
         return Ok(None);

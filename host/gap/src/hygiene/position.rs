@@ -25,7 +25,9 @@ pub(super) fn inspect(
     let position = log.position_rad(axis)?;
     let effort = log.effort_nm(axis)?;
     // Where the axis file does not say, the smallest step seen.
-    let count = rad_per_count(axis).unwrap_or(0.0).max(smallest_step(&position));
+    let count = rad_per_count(axis)
+        .unwrap_or(0.0)
+        .max(smallest_step(&position));
     let (low, high) = position
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
@@ -79,7 +81,8 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
     let fits = |step: f64| {
         // Some single positions may be wrong.
         let most = values.len() / 200;
-        largest * 1e-12 < 0.02 * step && values.iter().filter(|q| !on(**q, step)).nth(most).is_none()
+        largest * 1e-12 < 0.02 * step
+            && values.iter().filter(|q| !on(**q, step)).nth(most).is_none()
     };
     // A jump puts half a record off the grid, but always by the same part of a count: a finer grid shows all of its parts.
     let all_parts = |factor: f64| {
@@ -89,7 +92,9 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
             seen[part as usize % 16] += 1;
         }
         let fewest = 0.3 * values.len() as f64 / factor;
-        seen[..factor as usize].iter().all(|seen| *seen as f64 >= fewest)
+        seen[..factor as usize]
+            .iter()
+            .all(|seen| *seen as f64 >= fewest)
     };
     let places = |step: f64| {
         let mut places: Vec<i64> = values
@@ -207,8 +212,7 @@ impl Found {
         let mut elsewhere = Vec::new();
         for group in impossible(limits, q, stretch.step_s, usual) {
             let (first, last) = (group.start, group.end - 1);
-            let (Some(&before), Some(&after)) =
-                (q.get(first.wrapping_sub(1)), q.get(last + 1))
+            let (Some(&before), Some(&after)) = (q.get(first.wrapping_sub(1)), q.get(last + 1))
             else {
                 continue;
             };
@@ -247,9 +251,8 @@ impl Found {
         }
         // The start and the end of a standstill are part of it.
         for (group, size) in elsewhere {
-            let touches = |range: &Range<usize>| {
-                group.start <= range.end + 2 && range.start <= group.end + 2
-            };
+            let touches =
+                |range: &Range<usize>| group.start <= range.end + 2 && range.start <= group.end + 2;
             if !self.stuck.iter().any(touches) {
                 self.largest_rad = self.largest_rad.max(size);
                 self.jumps.push(group);
@@ -342,7 +345,11 @@ fn stops_dead(limits: &Limits, q: &[f64], still: &Range<usize>, step_s: f64, usu
                 return false;
             };
             // A single step far above those around is a jump, not a motion that stops.
-            let steps = || q[k.saturating_sub(10)..(k + 11).min(q.len())].windows(2).map(|q| (q[1] - q[0]).abs());
+            let steps = || {
+                q[k.saturating_sub(10)..(k + 11).min(q.len())]
+                    .windows(2)
+                    .map(|q| (q[1] - q[0]).abs())
+            };
             let largest = steps().fold(0.0, f64::max);
             if largest > 0.4 * steps().sum::<f64>() && largest > 4.0 * limits.count {
                 return false;

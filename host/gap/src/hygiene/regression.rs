@@ -124,7 +124,8 @@ pub(super) fn fit(blocks: &[Sums], mean_speed: f64) -> Option<Fit> {
     // The jackknife's variance.
     let n = used.len() as f64;
     let factor = (n - 1.0) / n;
-    let left = (all.yy - 2.0 * value.dot(&all.xy) + value.dot(&(all.xx * value))).max(0.0) / all.rows;
+    let left =
+        (all.yy - 2.0 * value.dot(&all.xy) + value.dot(&(all.xx * value))).max(0.0) / all.rows;
     let variance = (all.yy - all.y * all.y / all.rows).max(f64::MIN_POSITIVE) / all.rows;
     Some(Fit {
         value: value.into(),

@@ -27,7 +27,10 @@ pub fn linear(rate_hz: f64) -> AxisFile {
     axis.axis.counts_per_turn = Some(1e6);
     axis.observer.rate_hz = Some(rate_hz);
     axis.observer.l1_1_s = None;
-    axis.control.velocity_gain = axis.control.velocity_gain.map(|gain| gain * (rate_hz / 1e3).min(1.0));
+    axis.control.velocity_gain = axis
+        .control
+        .velocity_gain
+        .map(|gain| gain * (rate_hz / 1e3).min(1.0));
     axis.control.position_gain_1_s = Some(40.0);
     axis
 }
