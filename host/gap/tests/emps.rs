@@ -79,3 +79,22 @@ fn train_record_is_sound_and_its_floor_comes_from_repeats() {
     let plain = repeats.non_repeating_nm * f64::sqrt(1.0 - 1.0 / repeats.periods);
     assert!((plain / 0.31 - 1.0).abs() < 0.1, "{plain} {}", floor.text);
 }
+
+#[test]
+fn pulses_record_is_sound() {
+    let axes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes");
+    let axis = AxisFile::read(axes.join("emps.toml")).unwrap();
+    let Some(path) = record("emps_pulses.csv") else {
+        return;
+    };
+    let log = Log::read(&path).unwrap();
+    let hygiene = bristle_gap::hygiene::inspect(&log, &axis).unwrap();
+    assert!(
+        hygiene.findings.is_empty(),
+        "{:?} {:?}",
+        hygiene.findings,
+        hygiene.skew
+    );
+    let floor = bristle_gap::floor::floor(&log, &axis, &hygiene).unwrap();
+    println!("{}", floor.text);
+}

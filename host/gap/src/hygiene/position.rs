@@ -132,7 +132,7 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
     } else if !counts {
         let finer = FACTORS
             .iter()
-            .find(|&&factor| all_parts(factor) && fits(count / factor));
+            .find(|&&factor| !decimal(count / factor) && all_parts(factor) && fits(count / factor));
         if let Some(factor) = finer {
             let text = format!(
                 "positions lie on a grid of 1/{factor} of the count of the axis file: {key} = {given} should be {}",
@@ -141,6 +141,12 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
             out.find(Code::WrongScale, Severity::Warning, text);
         }
     }
+}
+
+/// A power of ten: the rounding of a printed column, not an encoder's count.
+fn decimal(step: f64) -> bool {
+    let power = step.log10();
+    (power - power.round()).abs() < 1e-6
 }
 
 /// What the axis can do at most.
