@@ -23,7 +23,7 @@ use bristle_plant::Unit;
 use bristle_plant::axis::{Axis, AxisConfig, steps_for};
 use bristle_plant::contact::{Contact, contact};
 use bristle_plant::drive::DriveConfig;
-use bristle_plant::effect::{self, Effect};
+use bristle_plant::effect::{self, Effect, EffectError};
 use bristle_plant::encoder::EncoderConfig;
 use bristle_plant::mechanics::{Load, Mechanics};
 use std::collections::BTreeMap;
@@ -63,6 +63,8 @@ pub struct Believed {
     pub drive: DriveConfig,
     /// Fastest that the axis may move.
     pub speed_limit_rad_s: f64,
+    /// Furthest that it may move from where it stands, either way, where that is known.
+    pub travel_limit_rad: Option<f64>,
     /// Samples a second of observers and control; 10 kHz, the interrupt's rate, where none is given.
     pub rate_hz: f64,
     /// l1, where it is given.
@@ -146,6 +148,7 @@ impl Believed {
                 "about 100 Hz",
             ),
             damping_nm_s_rad: file.axis.coupling_damping.unwrap_or(0.0),
+            gap_rad: 0.0,
         });
         let whole_inertia = inertia + load.map_or(0.0, |load| load.inertia_kg_m2);
         let damping_nm_s_rad = or(
@@ -202,6 +205,7 @@ impl Believed {
             breakaway_ratio: friction.breakaway_ratio.unwrap_or(0.7),
             drive,
             speed_limit_rad_s,
+            travel_limit_rad: file.drive.travel_limit,
             rate_hz: file.observer.rate_hz.unwrap_or(1e4),
             l1_1_s: file.observer.l1_1_s,
             l2: file.observer.l2.unwrap_or(0.0),
@@ -235,6 +239,17 @@ impl Believed {
             .sum()
     }
 
+    /// Moves the fall from stiction to Coulomb friction to another Stribeck velocity.
+    pub fn set_stribeck_velocity(&mut self, velocity_rad_s: f64) {
+        self.stribeck_velocity_rad_s = velocity_rad_s;
+        self.shape = shape(
+            &self.file,
+            self.coulomb_nm,
+            self.stiction_nm,
+            velocity_rad_s,
+        );
+    }
+
     /// A parameter that no model takes, as an error of the file.
     fn refused(&self, error: &ParameterError) -> InputError {
         InputError::new(
@@ -242,6 +257,11 @@ impl Believed {
             error.to_string(),
             "correct it, or leave it out to have the stated default",
         )
+    }
+
+    /// An effect that does not exist or lacks a parameter, as an error of the file.
+    pub fn refused_effect(&self, error: &EffectError) -> InputError {
+        InputError::new(&self.path, error.to_string(), "use one of these")
     }
 
     /// The error of a simulation whose numbers left all bounds.
@@ -372,9 +392,8 @@ impl Believed {
             .iter()
             .map(|entry| {
                 let values: BTreeMap<String, f64> = entry.parameters.iter().cloned().collect();
-                effect::build(&entry.id, &values, self.unit).map_err(|error| {
-                    InputError::new(&self.path, error.to_string(), "use one of these")
-                })
+                effect::build(&entry.id, &values, self.unit)
+                    .map_err(|error| self.refused_effect(&error))
             })
             .collect()
     }

@@ -6,19 +6,24 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod diagnose;
 pub mod error;
 pub mod experiments;
 pub mod floor;
 pub mod hygiene;
 mod input;
+pub mod inverse;
 pub mod log;
 mod names;
 pub mod observe;
 pub mod output;
+pub mod plan;
 pub mod report;
+pub mod run;
 pub mod signal;
 pub mod simulate;
 pub mod stretch;
+mod toml_text;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -10,7 +10,7 @@ use bristle_gap::{AxisFile, Log, Unit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use records::{record, rotary};
+use records::{linear, record, rotary};
 
 /// First-order noise of a coefficient and unit variance.
 fn coloured(samples: usize, coefficient: f64, seed: u64) -> Vec<f64> {
@@ -211,7 +211,7 @@ fn what_hygiene_leaves_out_does_not_raise_the_floor() {
     let axis = axis();
     let mut log = repeating(0.01, 0.0, 2);
     log.position.values[3000..3100].fill(0.0);
-    log.efforts[0].values[3000..3100].fill(0.9);
+    log.efforts[0].values[3000..3100].fill(0.2);
     let hygiene = Hygiene {
         excluded: vec![bristle_gap::hygiene::Excluded {
             samples: 3000..3100,
@@ -227,4 +227,24 @@ fn what_hygiene_leaves_out_does_not_raise_the_floor() {
     );
     let with = floor(&log, &axis, &Hygiene::default()).unwrap();
     assert!(with.noise.rms > 0.02, "{}", with.text);
+}
+
+#[test]
+fn a_closed_loop_carries_its_disturbance_in_the_effort() {
+    let axis = linear(1000.0);
+    let rms = [0.0, 0.05, 0.2].map(|noise| {
+        let log = record(&axis, Named::Reversals, 10.0, noise, 6);
+        let found = floor(&log, &axis, &inspect(&log, &axis).unwrap()).unwrap();
+        assert_eq!(
+            (found.method, found.signal),
+            (Method::Repeats, Signal::Effort)
+        );
+        assert_eq!(found.repeats.as_ref().unwrap().period_samples, 2000);
+        println!("{}", found.text);
+        found.noise.rms
+    });
+    // More disturbance, a higher floor; a loop without integrated reversals passes on no more than all of it, beside what
+    // it does by itself: rounding to counts, times its gain.
+    assert!(rms[0] < rms[1] && rms[1] < rms[2], "{rms:?}");
+    assert!(rms[2] < 0.2 * 20.39 + rms[0], "{rms:?}");
 }

@@ -121,6 +121,9 @@ pub fn floor(log: &Log, axis: &AxisFile, hygiene: &Hygiene) -> Result<Floor, Inp
     }
 }
 
+/// More than this part of the effort is no noise: something else than the reference drives the axis, and does not repeat.
+const LARGEST_PART: f64 = 0.2;
+
 fn from_repeats(
     log: &Log,
     axis: &AxisFile,
@@ -162,6 +165,10 @@ fn from_repeats(
         &usable[longest.range.clone()],
         period,
     )?;
+    let repeatable = crate::signal::rms(repeats.mean_nm.iter().copied().filter(|u| u.is_finite()));
+    if closed_loop && repeats.non_repeating_nm > LARGEST_PART * repeatable {
+        return None;
+    }
     let unit = axis.unit.effort();
     let text = format!(
         "the reference repeats every {period} samples, {:.2} times: the {name} leaves {:.3e} {unit} rms about its mean \

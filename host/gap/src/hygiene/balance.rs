@@ -200,10 +200,10 @@ impl Rows {
         let mut blocks = [Sums::default(); BLOCKS];
         let mut index = 0;
         for (motion, used) in self.motions.iter().zip(&self.used) {
-            for k in 0..used.len() {
+            for (k, used) in used.iter().enumerate() {
                 let block = index * BLOCKS / self.samples.max(1);
                 index += 1;
-                if !used[k] || !k.is_multiple_of(self.stride) {
+                if !used || !k.is_multiple_of(self.stride) {
                     continue;
                 }
                 let Some(&effort) = k
@@ -286,6 +286,10 @@ fn wrong_scale(axis: &AxisFile, balance: &Balance, mean_speed: f64, out: &mut Hy
             viscous_words = format!("viscous friction by {its:.2}");
         }
     }
+    // Inertia alone must name its factor well: an effect that resembles inertia seldom does.
+    if !agrees && !(0.93..=1.07).contains(&(factor / nearest)) {
+        return;
+    }
     let key = match axis.unit {
         bristle_plant::Unit::Rotary => "counts_per_rev",
         bristle_plant::Unit::Linear => "counts_per_m",
@@ -362,7 +366,7 @@ fn timing(
         log.best_effort(axis)?.kind,
         EffortKind::TorqueMeasured | EffortKind::Current
     );
-    if measured && samples.abs() >= 1.5 && gain >= 0.5 && late_s.abs() >= 5.0 * standard_error {
+    if measured && samples.abs() >= 1.5 && gain >= 0.9 && late_s.abs() >= 5.0 * standard_error {
         let text = format!(
             "the effort was recorded {:.1} samples ({:.3} ms) {} than the position: shifting it takes away {:.0} % of what \
              the force balance leaves; shift the column, or record both at the same instant",

@@ -1,0 +1,411 @@
+//! An effect as a hypothesis: the simulator with the effect added, and where in its parameters a fit should start.
+//!
+//! Screening is cheap: the change that the effect makes to the rest, less what the simulator's own parameters can do as
+//! well, is laid against the rest. Only the best starts are then fitted.
+
+use super::regime::Node;
+use super::spectrum;
+use crate::error::InputError;
+use crate::inverse::{Added, Fit, Free, Model, Owner, Record};
+use bristle_plant::Unit;
+use bristle_plant::effect::{Entry, Kind, Scale};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A shape parameter is tried at so many values over its range.
+const LEVELS: usize = 4;
+/// Starts of an effect with several shape parameters are cut to so many.
+const MOST_STARTS: usize = 24;
+
+/// A place to start a fit from, and how much of the weighted rest it should take away.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Values of the effect's parameters.
+    pub values: Vec<f64>,
+    /// Phases on each record, where the effect repeats in time.
+    pub phases: Vec<f64>,
+    /// Expected fall of the sum of squares.
+    pub gain: f64,
+}
+
+/// What all candidates are laid against: a fitted model and its weighted rest.
+pub struct Background<'a> {
+    /// The model without the effect.
+    pub model: &'a Model,
+    /// Its records.
+    pub records: &'a [Record],
+    /// Their nodes.
+    pub nodes: &'a [Node],
+    /// Size of axis and records.
+    pub scale: &'a Scale,
+    /// Weight of each node.
+    pub weights: &'a [f64],
+    /// The fit.
+    pub fit: &'a Fit,
+    basis: DMatrix<f64>,
+}
+
+impl<'a> Background<'a> {
+    /// Makes the basis of what the model's own parameters can do.
+    pub fn new(
+        model: &'a Model,
+        records: &'a [Record],
+        nodes: &'a [Node],
+        scale: &'a Scale,
+        weights: &'a [f64],
+        fit: &'a Fit,
+    ) -> Self {
+        let (rows, columns) = fit.jacobian.shape();
+        let mut stacked = DMatrix::zeros(rows + columns, columns);
+        stacked.rows_mut(0, rows).copy_from(&fit.jacobian);
+        for (i, free) in model.free.iter().enumerate() {
+            stacked[(rows + i, i)] = 1.0 / free.spread;
+        }
+        Self {
+            model,
+            records,
+            nodes,
+            scale,
+            weights,
+            fit,
+            basis: stacked.qr().q().rows(0, rows).into_owned(),
+        }
+    }
+
+    /// The weighted rest.
+    fn rest(&self) -> DVector<f64> {
+        self.weighted(&self.fit.left_over)
+    }
+
+    fn weighted(&self, values: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(
+            values.len(),
+            values.iter().zip(self.weights).map(|(x, w)| x * w),
+        )
+    }
+
+    /// What is left of a change once the model's own parameters have done what they can.
+    pub fn beyond(&self, change: &DVector<f64>) -> DVector<f64> {
+        change - &self.basis * (self.basis.tr_mul(change))
+    }
+
+    /// Change of the weighted rest that an effect makes.
+    fn change(&self, entry: &'static Entry, values: &[f64]) -> Option<DVector<f64>> {
+        let mut model = self.model.clone();
+        model.effects.push(Added {
+            entry,
+            values: values.to_vec(),
+        });
+        let rest = model.left_over(self.records, &self.fit.at).ok()?;
+        let change: Vec<f64> = rest
+            .iter()
+            .zip(&self.fit.left_over)
+            .map(|(a, b)| a - b)
+            .collect();
+        let weighted = self.weighted(&change);
+        weighted.iter().all(|x| x.is_finite()).then_some(weighted)
+    }
+
+    /// The best starts of an effect, best first.
+    pub fn starts(&self, entry: &'static Entry) -> Vec<Start> {
+        let place = |kind: Kind| entry.parameters.iter().position(|p| p.kind == kind);
+        let mut starts = match (
+            place(Kind::Order),
+            place(Kind::Frequency),
+            place(Kind::Phase),
+        ) {
+            (Some(order), _, Some(phase)) => self.waves(entry, order, phase, false),
+            (_, Some(frequency), Some(phase)) => self.waves(entry, frequency, phase, true),
+            (_, _, Some(phase)) => self
+                .grid(entry)
+                .par_iter()
+                .filter_map(|values| self.with_phase(entry, values.clone(), phase))
+                .collect(),
+            _ => self
+                .grid(entry)
+                .par_iter()
+                .filter_map(|values| self.scaled(entry, values.clone()))
+                .collect(),
+        };
+        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        starts
+    }
+
+    /// Values over the usual range: one size at a time, every combination of a few shapes.
+    fn grid(&self, entry: &'static Entry) -> Vec<Vec<f64>> {
+        let parameters = entry.parameters;
+        let range = |i: usize| (parameters[i].range)(self.scale);
+        let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);
+        let mut none: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        for size in of(Kind::Size) {
+            none[size] = 0.0;
+        }
+        let mut grid: Vec<Vec<f64>> = of(Kind::Size)
+            .flat_map(|size| {
+                let [low, high] = range(size);
+                let most = if high.abs() >= low.abs() { high } else { low };
+                [0.15, 0.6].map(|part| {
+                    let mut values = none.clone();
+                    values[size] = part * most;
+                    values
+                })
+            })
+            .collect();
+        if grid.is_empty() {
+            grid.push(none);
+        }
+        let shapes: Vec<usize> = of(Kind::Limit).chain(of(Kind::Shape)).collect();
+        for shape in shapes {
+            let [low, high] = range(shape);
+            if grid.len() * LEVELS > MOST_STARTS || high <= low {
+                continue;
+            }
+            grid = grid
+                .iter()
+                .flat_map(|values| {
+                    levels([low, high]).map(move |x| {
+                        let mut values = values.clone();
+                        values[shape] = x;
+                        values
+                    })
+                })
+                .collect();
+        }
+        grid
+    }
+
+    /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
+    fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>) -> Option<Start> {
+        let change = self.beyond(&self.change(entry, &values)?);
+        let slope = change.dot(&self.rest());
+        let square = change.norm_squared();
+        if square < 1e-9 {
+            return None;
+        }
+        let size =
+            (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
+        let factor = size.map_or(1.0, |size| {
+            let range = hard_range((entry.parameters[size].range)(self.scale));
+            let scaled = (-slope / square * values[size]).clamp(range[0], range[1]);
+            let factor = scaled / values[size];
+            values[size] = scaled;
+            factor
+        });
+        Some(Start {
+            values,
+            phases: Vec::new(),
+            gain: -factor * (2.0 * slope + factor * square),
+        })
+    }
+
+    /// The effect with the phase and size that fit best, both at once.
+    fn with_phase(
+        &self,
+        entry: &'static Entry,
+        mut values: Vec<f64>,
+        phase: usize,
+    ) -> Option<Start> {
+        let size = entry
+            .parameters
+            .iter()
+            .enumerate()
+            .position(|(i, p)| p.kind == Kind::Size && values[i] != 0.0)?;
+        let at = |angle: f64| {
+            let mut values = values.clone();
+            values[phase] = angle;
+            self.change(entry, &values)
+                .map(|change| self.beyond(&change))
+        };
+        let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
+        let (a, b, gain) = spectrum::two_columns(&sine, &cosine, &self.rest())?;
+        values[size] *= a.hypot(b);
+        values[phase] = b.atan2(a);
+        let range = hard_range((entry.parameters[size].range)(self.scale));
+        values[size] = values[size].clamp(range[0], range[1]);
+        Some(Start {
+            values,
+            phases: Vec::new(),
+            gain,
+        })
+    }
+
+    /// Waves over angle or time: the whole spectrum at once, then the best lines one by one.
+    fn waves(&self, entry: &'static Entry, line: usize, phase: usize, in_time: bool) -> Vec<Start> {
+        let Some(size) = entry.parameters.iter().position(|p| p.kind == Kind::Size) else {
+            return Vec::new();
+        };
+        let [low, high] = (entry.parameters[line].range)(self.scale);
+        let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+        let usual = (entry.parameters[size].range)(self.scale);
+        values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
+        values[line] = 0.0;
+        values[phase] = std::f64::consts::FRAC_PI_2;
+        let Some(still) = self.change(entry, &values) else {
+            return Vec::new();
+        };
+        let lines = if in_time {
+            spectrum::in_time(self, &still, [low, high])
+        } else {
+            spectrum::in_angle(self, &still, [low, high])
+        };
+        lines
+            .into_iter()
+            .filter_map(|found| {
+                let mut values = values.clone();
+                values[line] = found;
+                if in_time {
+                    return self.with_phases(entry, values, size, phase);
+                }
+                self.with_phase(entry, values, phase)
+            })
+            .collect()
+    }
+
+    /// A wave over time with a phase of its own on each record; the size is the mean over records.
+    fn with_phases(
+        &self,
+        entry: &'static Entry,
+        mut values: Vec<f64>,
+        size: usize,
+        phase: usize,
+    ) -> Option<Start> {
+        let at = |angle: f64| {
+            let mut values = values.clone();
+            values[phase] = angle;
+            self.change(entry, &values)
+        };
+        let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
+        let rest = self.rest();
+        let (mut sizes, mut phases, mut gain) = (0.0, Vec::new(), 0.0);
+        for place in 0..self.records.len() {
+            let of = |x: &DVector<f64>| {
+                let only = DVector::from_iterator(
+                    x.len(),
+                    x.iter().zip(self.nodes).map(
+                        |(x, node)| {
+                            if node.record == place { *x } else { 0.0 }
+                        },
+                    ),
+                );
+                self.beyond(&only)
+            };
+            let (a, b, part) = spectrum::two_columns(&of(&sine), &of(&cosine), &rest)?;
+            sizes += a.hypot(b);
+            phases.push(b.atan2(a));
+            gain += part;
+        }
+        values[size] *= sizes / self.records.len() as f64;
+        Some(Start {
+            values,
+            phases,
+            gain,
+        })
+    }
+
+    /// The model with an effect added, free about a start.
+    pub fn with(&self, entry: &'static Entry, start: &Start) -> Model {
+        let mut model = self.model.clone();
+        let place = model.effects.len();
+        model.effects.push(Added {
+            entry,
+            values: start.values.clone(),
+        });
+        let unit = self.scale.unit;
+        for (i, parameter) in entry.parameters.iter().enumerate() {
+            let value = start.values[i];
+            let [low, high] = (parameter.range)(self.scale);
+            let owner = Owner::Effect(place, i);
+            let name = parameter.name(unit);
+            let logarithmic = low > 0.0;
+            let hard = hard_range([low, high]);
+            match parameter.kind {
+                Kind::Size => {
+                    let spread = low.abs().max(high.abs());
+                    let mut free = Free::linear(owner, name, value, spread, hard);
+                    free.center = 0.0;
+                    model.free.push(free);
+                }
+                Kind::Order if unit == Unit::Rotary => {}
+                Kind::Order | Kind::Frequency => {
+                    let span = if parameter.kind == Kind::Order {
+                        self.scale.highest_rad - self.scale.lowest_rad
+                    } else {
+                        self.scale.duration_s
+                    };
+                    let near = 0.5 / span.max(1e-9);
+                    model.free.push(Free::linear(
+                        owner,
+                        name,
+                        value,
+                        near,
+                        [value - 3.0 * near, value + 3.0 * near],
+                    ));
+                }
+                Kind::Phase if !start.phases.is_empty() => {
+                    for (record, &value) in start.phases.iter().enumerate() {
+                        let owner = Owner::OnRecord(place, i, record);
+                        model
+                            .free
+                            .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]));
+                    }
+                }
+                Kind::Phase => {
+                    model
+                        .free
+                        .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]))
+                }
+                Kind::Shape | Kind::Limit if logarithmic => {
+                    let mut free = Free::about(owner, name, value, 0.25 * (high / low).ln(), hard);
+                    free.center = 0.5 * (low.ln() + high.ln());
+                    model.free.push(free);
+                }
+                Kind::Shape | Kind::Limit if high > low => {
+                    let mut free = Free::linear(owner, name, value, 0.4 * (high - low), hard);
+                    free.center = 0.5 * (low + high);
+                    model.free.push(free);
+                }
+                Kind::Shape | Kind::Limit | Kind::Seed => {}
+            }
+        }
+        model
+    }
+
+    /// Fits the model with an effect from its best starts.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters of every start.
+    pub fn try_effect(
+        &self,
+        entry: &'static Entry,
+        starts: &[Start],
+    ) -> Result<Option<(Model, Fit)>, InputError> {
+        let mut best: Option<(Model, Fit)> = None;
+        for start in starts {
+            let model = self.with(entry, start);
+            let mut from = self.fit.at.clone();
+            from.extend(model.start().into_iter().skip(from.len()));
+            let fit = crate::inverse::fit(&model, self.records, self.weights, from)?;
+            if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
+                best = Some((model, fit));
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// A usual range, widened to what is still physical: three times as far, on the same side of zero.
+fn hard_range([low, high]: [f64; 2]) -> [f64; 2] {
+    let widen = |x: f64, inner: bool| if inner { x / 3.0 } else { 3.0 * x };
+    [widen(low, low > 0.0), widen(high, high < 0.0)]
+}
+
+fn levels([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..LEVELS).map(move |i| {
+        let part = (i as f64 + 0.5) / LEVELS as f64;
+        if low > 0.0 {
+            low * (high / low).powf(part)
+        } else {
+            low + (high - low) * part
+        }
+    })
+}

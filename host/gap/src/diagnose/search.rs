@@ -1,0 +1,237 @@
+//! The search: the simulator refitted, every effect against it, then effects beside the best one.
+
+use super::candidate::{Background, Start};
+use super::held_out::held_out;
+use super::likelihood::Noise;
+use super::regime::{Node, nodes};
+use crate::believed::Believed;
+use crate::error::InputError;
+use crate::inverse::{self, Fit, Model, Record, fit, scale};
+use bristle_plant::effect::{ALL, Entry, Scale};
+use rayon::prelude::*;
+
+/// Effects that are fitted after screening.
+const FITTED: usize = 8;
+/// Starts that a fit is tried from.
+const STARTS: usize = 2;
+/// Effects that are tried beside the best one.
+const BESIDE: usize = 4;
+/// Most effects at once.
+pub const MOST_EFFECTS: usize = 2;
+/// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
+const WORTH_A_FIT: f64 = 12.0;
+/// Standard deviation of a parameter of the axis file, as a share of it.
+pub const DOUBT: f64 = 0.15;
+
+/// The simulator, perhaps with effects, fitted and scored.
+#[derive(Clone)]
+pub struct Hypothesis {
+    /// Effects that were added to what is believed.
+    pub added: Vec<&'static Entry>,
+    /// The model.
+    pub model: Model,
+    /// Its fit.
+    pub fit: Fit,
+    /// What it leaves over on data that took no part, N m.
+    pub held_out: Vec<f64>,
+    /// Logarithm of the density of that.
+    pub score: f64,
+}
+
+impl Hypothesis {
+    /// Ids of what was added.
+    pub fn ids(&self) -> Vec<&'static str> {
+        self.added.iter().map(|entry| entry.id).collect()
+    }
+}
+
+/// All that was tried.
+pub struct Search {
+    /// The prepared logs.
+    pub records: Vec<Record>,
+    /// Their nodes.
+    pub nodes: Vec<Node>,
+    /// Size of axis and records.
+    pub scale: Scale,
+    /// Noise by record and regime.
+    pub noise: Noise,
+    /// Weight of each node.
+    pub weights: Vec<f64>,
+    /// What the simulator as it stands leaves over, N m.
+    pub as_given: Vec<f64>,
+    /// The simulator with its own parameters refitted.
+    pub base: Hypothesis,
+    /// With one effect, best first.
+    pub single: Vec<Hypothesis>,
+    /// With several, best first.
+    pub several: Vec<Hypothesis>,
+    /// Every effect and the fall of squares that screening expects of it.
+    pub screened: Vec<(&'static Entry, f64)>,
+}
+
+/// Searches. `catalogue` is what may be accused; `progress` is called with the share done.
+///
+/// # Errors
+/// The friction model refuses the parameters of the axis file.
+pub fn search(
+    records: Vec<Record>,
+    believed: &Believed,
+    catalogue: &[&'static Entry],
+    progress: &dyn Fn(f64),
+) -> Result<Search, InputError> {
+    let scale = scale(believed, &records);
+    let nodes = nodes(&records, scale.z_ss_rad);
+    let model = Model::base(believed, &records, DOUBT)?;
+    let as_given = model.left_over(&records, &model.start())?;
+    let noise_of = |left_over: &[f64]| {
+        let stiffness = if inverse::has_bristles(believed.model) {
+            believed.stiffness_nm_rad
+        } else {
+            0.0
+        };
+        Noise::new(
+            &records,
+            &nodes,
+            left_over,
+            scale.inertia_kg_m2,
+            stiffness,
+            believed.coulomb_nm,
+        )
+    };
+    let mut noise = noise_of(&as_given);
+    let mut weights = noise.weights(&nodes);
+    let mut fitted = fit(&model, &records, &weights, model.start())?;
+    noise = noise_of(&fitted.left_over);
+    weights = noise.weights(&nodes);
+    fitted = fit(&model, &records, &weights, fitted.at)?;
+    progress(0.1);
+
+    let catalogue: Vec<&'static Entry> = catalogue
+        .iter()
+        .copied()
+        .filter(|entry| model.effects.iter().all(|added| added.entry.id != entry.id))
+        .collect();
+    let background = Background::new(&model, &records, &nodes, &scale, &weights, &fitted);
+    let screened = screen(&background, &catalogue, &|share| {
+        progress(0.1 + 0.4 * share)
+    });
+    let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> =
+        fit_best(&background, &screened, FITTED)?
+            .into_iter()
+            .map(|(entry, model, fit)| (vec![entry], model, fit))
+            .collect();
+    progress(0.7);
+
+    // Noise once more, now from the best that was found: what it explains is no noise.
+    if let Some((_, _, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
+        noise = noise_of(&best.left_over);
+        weights = noise.weights(&nodes);
+    }
+    let again = |model: &Model, at: &[f64]| fit(model, &records, &weights, at.to_vec());
+    let fitted = again(&model, &fitted.at)?;
+    for (_, model, fit) in &mut tried {
+        *fit = again(model, &fit.at)?;
+    }
+    let score = |added: Vec<&'static Entry>, model: Model, fit: Fit| {
+        let held_out = held_out(&model, &fit, &weights, &nodes);
+        Hypothesis {
+            score: noise.log_density(&nodes, &held_out),
+            added,
+            model,
+            fit,
+            held_out,
+        }
+    };
+    let base = score(Vec::new(), model, fitted);
+    let mut single: Vec<Hypothesis> = tried.into_iter().map(|(a, m, f)| score(a, m, f)).collect();
+    single.sort_by(|a, b| b.score.total_cmp(&a.score));
+    progress(0.8);
+
+    let mut several: Vec<Hypothesis> = Vec::new();
+    let mut best = single.first().cloned();
+    for _ in 1..MOST_EFFECTS {
+        let Some(from) = best.take() else { break };
+        let background =
+            Background::new(&from.model, &records, &nodes, &scale, &weights, &from.fit);
+        let others: Vec<&'static Entry> = catalogue
+            .iter()
+            .copied()
+            .filter(|entry| from.added.iter().all(|added| added.id != entry.id))
+            .collect();
+        let screened = screen(&background, &others, &|share| progress(0.8 + 0.15 * share));
+        let mut found: Vec<Hypothesis> = fit_best(&background, &screened, BESIDE)?
+            .into_iter()
+            .map(|(entry, model, fit)| {
+                let mut added = from.added.clone();
+                added.push(entry);
+                score(added, model, fit)
+            })
+            .collect();
+        found.sort_by(|a, b| b.score.total_cmp(&a.score));
+        best = found
+            .first()
+            .filter(|next| next.score > from.score)
+            .cloned();
+        several.extend(found);
+    }
+    several.sort_by(|a, b| b.score.total_cmp(&a.score));
+    progress(1.0);
+    Ok(Search {
+        screened: screened
+            .into_iter()
+            .map(|(entry, starts)| (entry, gain(&starts)))
+            .collect(),
+        records,
+        nodes,
+        scale,
+        noise,
+        weights,
+        as_given,
+        base,
+        single,
+        several,
+    })
+}
+
+/// Everything that may be accused.
+pub fn catalogue() -> Vec<&'static Entry> {
+    ALL.iter().collect()
+}
+
+fn gain(starts: &[Start]) -> f64 {
+    starts.first().map_or(0.0, |start| start.gain)
+}
+
+/// The starts of each effect, most promising effect first.
+fn screen(
+    background: &Background<'_>,
+    catalogue: &[&'static Entry],
+    progress: &dyn Fn(f64),
+) -> Vec<(&'static Entry, Vec<Start>)> {
+    let mut screened: Vec<(&'static Entry, Vec<Start>)> = Vec::new();
+    for (done, entry) in catalogue.iter().enumerate() {
+        screened.push((entry, background.starts(entry)));
+        progress(done as f64 / catalogue.len() as f64);
+    }
+    screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
+    screened
+}
+
+fn fit_best(
+    background: &Background<'_>,
+    screened: &[(&'static Entry, Vec<Start>)],
+    most: usize,
+) -> Result<Vec<(&'static Entry, Model, Fit)>, InputError> {
+    let fits: Result<Vec<_>, InputError> = screened
+        .par_iter()
+        .take(most)
+        .filter(|(_, starts)| gain(starts) > WORTH_A_FIT)
+        .map(|(entry, starts)| {
+            let starts = &starts[..starts.len().min(STARTS)];
+            Ok(background
+                .try_effect(entry, starts)?
+                .map(|(model, fit)| (*entry, model, fit)))
+        })
+        .collect();
+    Ok(fits?.into_iter().flatten().collect())
+}

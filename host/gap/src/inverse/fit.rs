@@ -1,0 +1,153 @@
+//! Least squares of what a model leaves over, weighted by its noise, with the priors of what is believed.
+
+use super::model::Model;
+use super::record::Record;
+use crate::error::InputError;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+use rayon::prelude::*;
+
+/// Relative change of cost and coordinates at which a fit stands still: far below what noise moves them by.
+const STANDS_STILL: f64 = 1e-6;
+/// Evaluations of the model in a fit, as a multiple of its parameters plus one.
+const PATIENCE: usize = 25;
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Fitted coordinates, in the order of the model's parameters.
+    pub at: Vec<f64>,
+    /// What is left over at each node, N m.
+    pub left_over: Vec<f64>,
+    /// Sum of squares of the weighted rest and of the priors.
+    pub cost: f64,
+    /// Of the weighted rest with respect to the coordinates; a row for each node.
+    pub jacobian: DMatrix<f64>,
+}
+
+/// Fits a model from `start`, with a weight for each node (zero leaves it out).
+///
+/// # Errors
+/// The friction model refuses the parameters at the start.
+pub fn fit(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+) -> Result<Fit, InputError> {
+    let mut problem = Problem {
+        model,
+        records,
+        weights,
+        at: DVector::from_vec(start),
+        left_over: Vec::new(),
+    };
+    problem.left_over = model.left_over(records, problem.at.as_slice())?;
+    let optimiser = LevenbergMarquardt::new()
+        .with_ftol(STANDS_STILL)
+        .with_xtol(STANDS_STILL)
+        .with_gtol(0.0)
+        .with_patience(PATIENCE);
+    let (problem, report) = optimiser.minimize(problem);
+    let jacobian = problem.columns();
+    Ok(Fit {
+        at: problem.at.as_slice().to_vec(),
+        cost: 2.0 * report.objective_function,
+        jacobian,
+        left_over: problem.left_over,
+    })
+}
+
+struct Problem<'a> {
+    model: &'a Model,
+    records: &'a [Record],
+    weights: &'a [f64],
+    at: DVector<f64>,
+    left_over: Vec<f64>,
+}
+
+impl Problem<'_> {
+    /// Weighted rest of the nodes, then the priors.
+    fn stacked(&self) -> DVector<f64> {
+        let free = &self.model.free;
+        let nodes = self.left_over.len();
+        DVector::from_iterator(
+            nodes + free.len(),
+            self.left_over
+                .iter()
+                .zip(self.weights)
+                .map(|(r, w)| r * w)
+                .chain(
+                    free.iter()
+                        .zip(self.at.iter())
+                        .map(|(free, x)| (x - free.center) / free.spread),
+                ),
+        )
+    }
+
+    fn columns(&self) -> DMatrix<f64> {
+        let columns: Vec<Vec<f64>> = (0..self.at.len())
+            .into_par_iter()
+            .map(|i| self.column(i))
+            .collect();
+        DMatrix::from_fn(self.left_over.len(), columns.len(), |row, column| {
+            columns[column][row]
+        })
+    }
+
+    /// Forward difference by a small part of the prior's width, away from the end of the range.
+    fn column(&self, i: usize) -> Vec<f64> {
+        let free = &self.model.free[i];
+        let mut at = self.at.as_slice().to_vec();
+        let mut step = 1e-4 * free.spread;
+        if free.coordinate(free.value(at[i] + step)) <= at[i] + 0.5 * step {
+            step = -step;
+        }
+        at[i] += step;
+        match self.model.left_over(self.records, &at) {
+            Ok(moved) => moved
+                .iter()
+                .zip(&self.left_over)
+                .zip(self.weights)
+                .map(|((a, b), w)| (a - b) / step * w)
+                .collect(),
+            Err(_) => vec![0.0; self.left_over.len()],
+        }
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, at: &DVector<f64>) {
+        self.at.copy_from(at);
+        for (x, free) in self.at.iter_mut().zip(&self.model.free) {
+            *x = free.coordinate(free.value(*x));
+        }
+        self.left_over = self
+            .model
+            .left_over(self.records, self.at.as_slice())
+            .unwrap_or_default();
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.at.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        (!self.left_over.is_empty()).then(|| self.stacked())
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let nodes = self.left_over.len();
+        let columns = self.columns();
+        let mut whole = DMatrix::zeros(nodes + columns.ncols(), columns.ncols());
+        whole.rows_mut(0, nodes).copy_from(&columns);
+        for (i, free) in self.model.free.iter().enumerate() {
+            whole[(nodes + i, i)] = 1.0 / free.spread;
+        }
+        Some(whole)
+    }
+}

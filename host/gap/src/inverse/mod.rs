@@ -1,0 +1,17 @@
+//! Inverse dynamics of a record: what torque a model leaves over along the measured motion, weighted so that the
+//! encoder's noise stays small.
+
+mod base;
+mod fit;
+mod follow;
+mod kernel;
+mod model;
+mod motion;
+mod record;
+
+pub use base::scale;
+pub use fit::{Fit, fit};
+pub use follow::{Running, left_over};
+pub use kernel::Kernel;
+pub use model::{Added, Free, Model, Own, Owner, Point, has_bristles};
+pub use record::{Record, Stretch};

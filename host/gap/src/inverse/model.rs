@@ -1,0 +1,303 @@
+//! The simulator's own parameters and those of effects as one vector that a fit may move, with what is believed of them.
+//!
+//! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
+//! dead zone or a limit explains everything by removing all torque.
+
+use super::follow::{MakeSensors, Running, left_over};
+use super::record::Record;
+use crate::axis_file::FrictionModel;
+use crate::believed::Believed;
+use crate::error::InputError;
+use bristle_plant::Unit;
+use bristle_plant::drive::DriveConfig;
+use bristle_plant::effect::{Coupling, Entry};
+
+/// A parameter of the simulator itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Own {
+    /// J.
+    Inertia,
+    /// F_C.
+    Coulomb,
+    /// sigma2.
+    Viscous,
+    /// (F_S - F_C)/F_C.
+    StictionExcess,
+    /// v_s.
+    StribeckVelocity,
+    /// sigma0.
+    Stiffness,
+    /// sigma1.
+    Damping,
+    /// z_ba/z_ss.
+    BreakawayRatio,
+    /// Of the drive, s.
+    DriveLag,
+    /// How much later than recorded the effort acts, s: timing of the recorder, not of the axis.
+    Skew,
+}
+
+impl Own {
+    /// Its name as in the axis file, or of its own.
+    pub fn name(self, unit: Unit) -> &'static str {
+        let linear = unit == Unit::Linear;
+        let choose = |rotary, other| if linear { other } else { rotary };
+        match self {
+            Self::Inertia => choose("inertia_kg_m2", "mass_kg"),
+            Self::Coulomb => choose("coulomb_nm", "coulomb_n"),
+            Self::Viscous => choose("viscous_nm_s_rad", "viscous_n_s_m"),
+            Self::StictionExcess => "stiction_excess",
+            Self::StribeckVelocity => choose("stribeck_velocity_rad_s", "stribeck_velocity_m_s"),
+            Self::Stiffness => choose("stiffness_nm_rad", "stiffness_n_m"),
+            Self::Damping => choose("damping_nm_s_rad", "damping_n_s_m"),
+            Self::BreakawayRatio => "breakaway_ratio",
+            Self::DriveLag => "lag_s",
+            Self::Skew => "skew_s",
+        }
+    }
+}
+
+/// Whose parameter it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// The simulator's.
+    Own(Own),
+    /// The parameter of an effect, both by their place.
+    Effect(usize, usize),
+    /// The parameter of an effect on one record alone: effect, parameter and record by their place. A record's clock
+    /// says nothing of the phase of what repeats in time.
+    OnRecord(usize, usize, usize),
+}
+
+/// A parameter that may move, and what is believed of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Free {
+    /// Whose it is.
+    pub owner: Owner,
+    /// Its name, with its unit.
+    pub name: String,
+    /// Value to start from.
+    pub start: f64,
+    /// Lowest and highest value.
+    pub range: [f64; 2],
+    /// Fitted as its logarithm.
+    pub logarithmic: bool,
+    /// Standard deviation of the prior about `center`, in the fitted coordinate.
+    pub spread: f64,
+    /// Middle of the prior, in the fitted coordinate.
+    pub center: f64,
+}
+
+impl Free {
+    /// A parameter about `start`, by a factor of some 1 + `relative` either way.
+    pub fn about(owner: Owner, name: &str, start: f64, relative: f64, range: [f64; 2]) -> Self {
+        Self {
+            owner,
+            name: name.to_string(),
+            start,
+            range,
+            logarithmic: true,
+            spread: relative,
+            center: start.ln(),
+        }
+    }
+
+    /// A parameter that may be zero or negative.
+    pub fn linear(owner: Owner, name: &str, start: f64, spread: f64, range: [f64; 2]) -> Self {
+        Self {
+            owner,
+            name: name.to_string(),
+            start,
+            range,
+            logarithmic: false,
+            spread,
+            center: start,
+        }
+    }
+
+    /// The fitted coordinate of a value.
+    pub fn coordinate(&self, value: f64) -> f64 {
+        let value = value.clamp(self.range[0], self.range[1]);
+        if self.logarithmic { value.ln() } else { value }
+    }
+
+    /// The value at a fitted coordinate.
+    pub fn value(&self, coordinate: f64) -> f64 {
+        let value = if self.logarithmic {
+            coordinate.exp()
+        } else {
+            coordinate
+        };
+        value.clamp(self.range[0], self.range[1])
+    }
+}
+
+/// An effect in the model, with its values in the order of its parameters.
+#[derive(Clone)]
+pub struct Added {
+    /// Which.
+    pub entry: &'static Entry,
+    /// Its values where they are not free.
+    pub values: Vec<f64>,
+}
+
+/// An axis with parameters that may move.
+#[derive(Clone)]
+pub struct Model {
+    /// What does not move stands here.
+    pub believed: Believed,
+    /// Effects that are believed, then those that are tried.
+    pub effects: Vec<Added>,
+    /// What may move.
+    pub free: Vec<Free>,
+}
+
+/// The values of a model at one point.
+pub struct Point {
+    believed: Believed,
+    effects: Vec<Added>,
+    on_records: Vec<(usize, usize, usize, f64)>,
+    skew_s: f64,
+}
+
+impl Model {
+    /// Where a fit starts.
+    pub fn start(&self) -> Vec<f64> {
+        self.free
+            .iter()
+            .map(|free| free.coordinate(free.start))
+            .collect()
+    }
+
+    /// Values by name at a point.
+    pub fn values(&self, at: &[f64]) -> Vec<f64> {
+        self.free
+            .iter()
+            .zip(at)
+            .map(|(free, &x)| free.value(x))
+            .collect()
+    }
+
+    /// The axis at a point.
+    pub fn at(&self, at: &[f64]) -> Point {
+        let mut point = Point {
+            believed: self.believed.clone(),
+            effects: self.effects.clone(),
+            on_records: Vec::new(),
+            skew_s: 0.0,
+        };
+        let mut excess = self.believed.stiction_nm / self.believed.coulomb_nm - 1.0;
+        for (free, &x) in self.free.iter().zip(at) {
+            let value = free.value(x);
+            let believed = &mut point.believed;
+            match free.owner {
+                Owner::Effect(effect, parameter) => point.effects[effect].values[parameter] = value,
+                Owner::OnRecord(effect, parameter, record) => {
+                    point.on_records.push((effect, parameter, record, value));
+                }
+                Owner::Own(own) => match own {
+                    Own::Inertia => {
+                        let share = value / believed.whole_inertia_kg_m2();
+                        believed.inertia_kg_m2 *= share;
+                        if let Some(load) = &mut believed.load {
+                            load.inertia_kg_m2 *= share;
+                        }
+                    }
+                    Own::Coulomb => believed.coulomb_nm = value,
+                    Own::Viscous => believed.viscous_nm_s_rad = value,
+                    Own::StictionExcess => excess = value,
+                    Own::StribeckVelocity => believed.set_stribeck_velocity(value),
+                    Own::Stiffness => believed.stiffness_nm_rad = value,
+                    Own::Damping => believed.damping_nm_s_rad = value,
+                    Own::BreakawayRatio => believed.breakaway_ratio = value,
+                    Own::DriveLag => believed.drive.lag_s = value,
+                    Own::Skew => point.skew_s = value,
+                },
+            }
+        }
+        point.believed.stiction_nm = point.believed.coulomb_nm * (1.0 + excess);
+        point
+    }
+
+    /// What is left over of each record at a point, N m, node after node.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
+        let point = self.at(at);
+        let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
+        for (place, record) in records.iter().enumerate() {
+            for stretch in &record.stretches {
+                left_over(record, stretch, point.running(record, place)?, &mut out);
+            }
+        }
+        Ok(out)
+    }
+}
+
+impl Point {
+    /// The axis file's content at this point.
+    pub fn believed(&self) -> &Believed {
+        &self.believed
+    }
+
+    /// The effects at this point.
+    pub fn effects(&self) -> &[Added] {
+        &self.effects
+    }
+
+    fn running(&self, record: &Record, place: usize) -> Result<Running, InputError> {
+        let believed = &self.believed;
+        let mut all = self.effects.clone();
+        for &(effect, parameter, on, value) in &self.on_records {
+            if on == place {
+                all[effect].values[parameter] = value;
+            }
+        }
+        let of_sensor = |added: &&Added| added.entry.id.starts_with("sensor.");
+        let unit = believed.unit;
+        let build = |added: &Added| (added.entry.build)(&added.values, unit);
+        let sensors: Vec<Added> = all.iter().filter(of_sensor).cloned().collect();
+        let inertia_kg_m2 = believed.whole_inertia_kg_m2();
+        Ok(Running {
+            inertia_kg_m2,
+            coupling: believed.load.map(|load| Coupling {
+                load_share: load.inertia_kg_m2 / inertia_kg_m2,
+                stiffness_nm_rad: load.stiffness_nm_rad,
+                damping_nm_s_rad: load.damping_nm_s_rad,
+                gap_rad: 0.0,
+            }),
+            contact: believed.contact(believed.model)?,
+            stiffness_nm_rad: has_bristles(believed.model).then_some(believed.stiffness_nm_rad),
+            drive: if record.commanded {
+                believed.drive
+            } else {
+                DriveConfig::default()
+            },
+            effects: all
+                .iter()
+                .filter(|added| !of_sensor(added))
+                .map(build)
+                .collect(),
+            sensors: (!sensors.is_empty()).then(|| {
+                let make: MakeSensors = Box::new(move || {
+                    sensors
+                        .iter()
+                        .map(|added| (added.entry.build)(&added.values, unit))
+                        .collect()
+                });
+                make
+            }),
+            skew_samples: self.skew_s / record.step_s,
+        })
+    }
+}
+
+/// Whether a model's friction depends on a deflection of stiffness sigma0.
+pub fn has_bristles(model: FrictionModel) -> bool {
+    use FrictionModel::{Armstrong, BlimanSorine, Bristle, Dahl, ElastoPlastic, Lugre};
+    matches!(
+        model,
+        Armstrong | BlimanSorine | Bristle | Dahl | ElastoPlastic | Lugre
+    )
+}

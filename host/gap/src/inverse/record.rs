@@ -1,0 +1,221 @@
+//! A log prepared for inverse dynamics: even stretches of effort and smoothed motion, at some 2 kHz at most.
+
+use super::kernel::Kernel;
+use super::motion::{position_noise_rad, smooth};
+use crate::axis_file::AxisFile;
+use crate::believed::Believed;
+use crate::error::InputError;
+use crate::log::{EffortKind, Log};
+use crate::signal::{interpolate, means};
+use std::ops::Range;
+
+/// Faster logs are averaged down to this: nothing that this method tells apart happens within half a millisecond.
+const FASTEST_HZ: f64 = 2500.0;
+/// Longest kernel: three running means of 9 ms see a break-away of some 10 ms.
+const LONGEST_KERNEL_S: f64 = 0.009;
+/// A count in this time, or less, is rest, s.
+const REST_S: f64 = 0.02;
+/// Shortest stretch between gaps that is used, s.
+const SHORTEST_S: f64 = 0.25;
+/// Noise of the acceleration may be this part of Coulomb friction, or as much as the effort's own noise.
+const ACCELERATION_NOISE: f64 = 0.005;
+
+/// A log, ready to be followed. A linear axis reads m for rad and N for N m.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Name of the log.
+    pub name: String,
+    /// Length of a sample, s.
+    pub step_s: f64,
+    /// Original samples in one of these.
+    pub averaged: usize,
+    /// The effort is what was asked of the drive, not what it gave.
+    pub commanded: bool,
+    /// Stretches between gaps.
+    pub stretches: Vec<Stretch>,
+    /// What the balance is seen through.
+    pub kernel: Kernel,
+    /// Noise of position after averaging, rad rms.
+    pub position_noise_rad: f64,
+    /// Noise of effort after averaging, N m rms, as its second differences show it.
+    pub effort_noise_nm: f64,
+    /// Travel of a count as the log shows or the axis file says it, rad.
+    pub rad_per_count: f64,
+}
+
+/// An even stretch without gaps; one entry a sample.
+#[derive(Clone, Debug, Default)]
+pub struct Stretch {
+    /// Time of its first sample, s from the log's start.
+    pub start_s: f64,
+    /// Mean effort until the next sample, N m.
+    pub effort_nm: Vec<f64>,
+    /// Measured position, rad.
+    pub position_rad: Vec<f64>,
+    /// Smoothed position, rad.
+    pub smooth_rad: Vec<f64>,
+    /// Smoothed velocity, rad/s.
+    pub velocity_rad_s: Vec<f64>,
+    /// Samples that no one should fit.
+    pub excluded: Vec<bool>,
+}
+
+impl Record {
+    /// Prepares a log; `excluded` are ranges of its samples.
+    ///
+    /// # Errors
+    /// Log and axis file do not fit, or no stretch is long enough.
+    pub fn new(
+        log: &Log,
+        axis: &AxisFile,
+        believed: &Believed,
+        excluded: &[Range<usize>],
+    ) -> Result<Self, InputError> {
+        let effort = log.effort_nm(axis)?;
+        let position = log.position_rad(axis)?;
+        let kind = log.best_effort(axis)?.kind;
+        let original_s = log.median_step_s();
+        let averaged = ((1.0 / original_s / FASTEST_HZ).round() as usize).max(1);
+        let step_s = original_s * averaged as f64;
+        let mut stretches = Vec::new();
+        let mut noise_rad = 0.0;
+        let mut edges: Vec<usize> = log.gaps().iter().map(|gap| gap.before + 1).collect();
+        edges.push(log.len());
+        let mut first = 0;
+        for end in edges {
+            let range = first..end;
+            first = end;
+            let span_s = log.time_s[range.end - 1] - log.time_s[range.start];
+            if span_s < SHORTEST_S {
+                continue;
+            }
+            let time = &log.time_s[range.clone()];
+            let even: Vec<f64> = (0..=((span_s / original_s).floor() as usize))
+                .map(|k| time[0] + k as f64 * original_s)
+                .collect();
+            let q = interpolate(time, &position[range.clone()], &even);
+            let u = means(time, &effort[range.clone()], &even, original_s);
+            let full_noise = position_noise_rad(&q, believed.rad_per_count());
+            noise_rad = f64::max(noise_rad, full_noise / (averaged as f64).sqrt());
+            let mut out: Vec<bool> = vec![false; range.len()];
+            for part in excluded {
+                for k in part.start.max(range.start)..part.end.min(range.end) {
+                    out[k - range.start] = true;
+                }
+            }
+            let mut stretch = averaged_down(&q, &u, &out, averaged);
+            stretch.start_s = time[0] - log.time_s[0];
+            let smoothed = smooth(&stretch.position_rad, step_s, noise_rad);
+            stretch.smooth_rad = smoothed.position_rad;
+            stretch.velocity_rad_s = smoothed.velocity_rad_s;
+            stretches.push(stretch);
+        }
+        if stretches.is_empty() {
+            return Err(InputError::new(
+                &log.file,
+                format!("no stretch without gaps is as long as {SHORTEST_S} s"),
+                "record for longer",
+            ));
+        }
+        let effort_noise_nm = effort_noise_nm(&stretches);
+        let kernel = kernel(
+            step_s,
+            believed.whole_inertia_kg_m2() * noise_rad,
+            effort_noise_nm,
+            believed.coulomb_nm,
+        );
+        Ok(Self {
+            name: log.file.display().to_string(),
+            step_s,
+            averaged,
+            commanded: matches!(kind, EffortKind::TorqueReference | EffortKind::Voltage),
+            stretches,
+            kernel,
+            position_noise_rad: noise_rad,
+            effort_noise_nm,
+            rad_per_count: believed.rad_per_count(),
+        })
+    }
+
+    /// Nodes of all stretches.
+    pub fn nodes(&self) -> usize {
+        self.stretches
+            .iter()
+            .map(|stretch| self.nodes_of(stretch))
+            .sum()
+    }
+
+    /// Nodes of a stretch: its balance has a value for every sample but the first and the last.
+    pub fn nodes_of(&self, stretch: &Stretch) -> usize {
+        self.kernel.nodes(stretch.effort_nm.len() - 2)
+    }
+
+    /// The sample at the middle of a node of a stretch.
+    pub fn middle(&self, node: usize) -> usize {
+        self.kernel.middle(node) + 1
+    }
+
+    /// Slower than this the axis counts as at rest where friction is defined by rest, rad/s.
+    pub fn rest_velocity_rad_s(&self) -> f64 {
+        self.rad_per_count / REST_S
+    }
+
+    /// Noise of a node from encoder and effort alone, N m rms, at an inertia.
+    pub fn noise_nm(&self, inertia_kg_m2: f64) -> f64 {
+        let motion = inertia_kg_m2 * self.position_noise_rad / self.step_s.powi(2)
+            * self.kernel.of_second_difference();
+        (self.effort_noise_nm * self.kernel.of_effort()).hypot(motion)
+    }
+}
+
+fn averaged_down(q: &[f64], u: &[f64], excluded: &[bool], by: usize) -> Stretch {
+    let samples = q.len() / by;
+    let half = by / 2;
+    let mut stretch = Stretch::default();
+    for k in 0..samples {
+        let at = k * by;
+        // The mean about the sample's edge, as wide as a sample where there is room.
+        let room = half.min(at).min(q.len() - 1 - at);
+        let window = &q[at - room..=at + room];
+        stretch
+            .position_rad
+            .push(window.iter().sum::<f64>() / window.len() as f64);
+        stretch
+            .effort_nm
+            .push(u[at..at + by].iter().sum::<f64>() / by as f64);
+        let end = (at + by).min(excluded.len());
+        stretch
+            .excluded
+            .push(excluded[at.min(end)..end].contains(&true));
+    }
+    stretch
+}
+
+/// From the second difference of effort, whose square is 6 for white noise of 1; the median, so that steps do not count.
+fn effort_noise_nm(stretches: &[Stretch]) -> f64 {
+    let mut second: Vec<f64> = stretches
+        .iter()
+        .flat_map(|stretch| stretch.effort_nm.windows(3))
+        .map(|u| (u[2] - 2.0 * u[1] + u[0]).abs())
+        .collect();
+    let middle = second.len() / 2;
+    if second.is_empty() {
+        return 0.0;
+    }
+    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 6.0_f64.sqrt()
+}
+
+/// The shortest kernel that keeps the acceleration's noise down.
+fn kernel(step_s: f64, momentum_noise: f64, effort_noise_nm: f64, coulomb_nm: f64) -> Kernel {
+    let longest = ((LONGEST_KERNEL_S / step_s) as usize).max(1);
+    let mut kernel = Kernel { length: 1 };
+    while kernel.length + 2 <= longest {
+        let motion = momentum_noise / step_s.powi(2) * kernel.of_second_difference();
+        let effort = effort_noise_nm * kernel.of_effort();
+        if motion <= effort.max(ACCELERATION_NOISE * coulomb_nm) {
+            break;
+        }
+        kernel.length += 2;
+    }
+    kernel
+}
