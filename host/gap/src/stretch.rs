@@ -39,16 +39,8 @@ pub fn stretches(log: &Log, axis: &AxisFile) -> Result<Vec<Stretch>, InputError>
     let effort = log.effort_nm(axis)?;
     let position = log.position_rad(axis)?;
     let step_s = log.median_step_s();
-    let mut start = 0;
     let mut out = Vec::new();
-    for end in log
-        .gaps()
-        .iter()
-        .map(|gap| gap.before + 1)
-        .chain([log.len()])
-    {
-        let range = start..end;
-        start = end;
+    for range in log.stretches() {
         if range.len() < 2 {
             continue;
         }

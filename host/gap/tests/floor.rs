@@ -4,8 +4,9 @@ mod records;
 
 use bristle_gap::experiments::Named;
 use bristle_gap::floor::{Method, Signal, floor};
-use bristle_gap::hygiene::{Hygiene, inspect};
+use bristle_gap::hygiene::{Code, Excluded, Hygiene, inspect};
 use bristle_gap::log::{Effort, EffortKind, Position, PositionKind};
+use bristle_gap::signal::{derivative, zero_phase};
 use bristle_gap::{AxisFile, Log, Unit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -121,16 +122,34 @@ fn drift_is_seen_beside_noise() {
     assert!(repeats.non_repeating_nm > found.noise.rms);
 }
 
+/// Leaves out what is slower than four Stribeck velocities and a tenth of a second about it.
+fn beyond_the_stribeck_curve(log: &Log, mut hygiene: Hygiene) -> Hygiene {
+    let step_s = log.median_step_s();
+    let reach = (0.05 / step_s) as usize;
+    let smooth = zero_phase(&log.position.values, 1.0 / step_s, 50.0);
+    for (k, v) in derivative(&smooth, step_s).iter().enumerate() {
+        if v.abs() < 2.0 {
+            hygiene.excluded.push(Excluded {
+                samples: k.saturating_sub(reach)..k + reach,
+                code: Code::Gap,
+            });
+        }
+    }
+    hygiene
+}
+
 #[test]
 fn open_loop_shows_its_noise_in_the_force_balance() {
     for (rate_hz, noise) in [(1000.0, 0.03), (1000.0, 0.01), (10_000.0, 0.03)] {
         let axis = rotary(rate_hz, 20);
         let mut log = record(&axis, Named::Sine, 10.0, noise, 4);
         log.position_ref = None;
-        let found = floor(&log, &axis, &inspect(&log, &axis).unwrap()).unwrap();
+        let hygiene = inspect(&log, &axis).unwrap();
+        let found = floor(&log, &axis, &hygiene).unwrap();
         let Signal::ForceBalance { cutoff_hz } = found.signal else {
             panic!("{}", found.text)
         };
+        let sliding = floor(&log, &axis, &beyond_the_stribeck_curve(&log, hygiene)).unwrap();
         // White torque through the fourth-order low-pass, 2 T f_c 3 pi/(8 sqrt 2), and the encoder's rounding through the
         // same and inertia, 2 T (2 pi)^4 f_c^5 pi/(8 sqrt 2)/12.
         let twice_s = 2.0 / rate_hz;
@@ -139,11 +158,13 @@ fn open_loop_shows_its_noise_in_the_force_balance() {
         let rounding =
             (twice_s * std::f64::consts::TAU.powi(4) * cutoff_hz.powi(5) * 0.2777 / 12.0).sqrt();
         let exact = torque.hypot(3.1e-4 * count * rounding);
-        // Two things that no formula gives: at rest, a fifth of the time, friction takes the noise up; and sliding starts
-        // sooner or later, by which friction steps from rest to motion. Without inertia the rest would be exactly zero.
-        let ratio = found.noise.rms / exact;
-        println!("{ratio:.3} {}", found.text);
-        assert!((0.7..2.0).contains(&ratio), "{ratio} {}", found.text);
+        let [whole, sliding] = [&found, &sliding].map(|floor| floor.noise.rms / exact);
+        println!("{whole:.3}, sliding {sliding:.3}: {}", found.text);
+        // Two central differences take an eighth of the acceleration at 100 Hz, which the formula does not know.
+        assert!((0.85..1.15).contains(&sliding), "{sliding} {}", found.text);
+        // At rest, a fifth of the time, friction takes the noise up; and sliding starts sooner or later, on a friction that
+        // falls with speed and so makes more of every difference. Both belong to the floor, no formula gives them.
+        assert!((0.7..2.0).contains(&whole), "{whole} {}", found.text);
     }
 }
 
@@ -211,11 +232,11 @@ fn what_hygiene_leaves_out_does_not_raise_the_floor() {
     let axis = axis();
     let mut log = repeating(0.01, 0.0, 2);
     log.position.values[3000..3100].fill(0.0);
-    log.efforts[0].values[3000..3100].fill(0.2);
+    log.efforts[0].values[3000..3100].fill(0.3);
     let hygiene = Hygiene {
-        excluded: vec![bristle_gap::hygiene::Excluded {
+        excluded: vec![Excluded {
             samples: 3000..3100,
-            code: bristle_gap::hygiene::Code::Saturated,
+            code: Code::Saturated,
         }],
         ..Hygiene::default()
     };
@@ -225,8 +246,12 @@ fn what_hygiene_leaves_out_does_not_raise_the_floor() {
         "{}",
         found.text
     );
+    assert_eq!(found.method, Method::Repeats);
+    // 0.3 for 0.18 to 0.05 of effort: 0.0356 off in square, of which the mean of four takes a quarter, over 100 of 5400
+    // samples less 1500 means; 0.028 with the noise. Drift takes a little of it.
     let with = floor(&log, &axis, &Hygiene::default()).unwrap();
-    assert!(with.noise.rms > 0.02, "{}", with.text);
+    assert_eq!(with.method, Method::Repeats);
+    assert!((with.noise.rms / 0.028 - 1.0).abs() < 0.15, "{}", with.text);
 }
 
 #[test]

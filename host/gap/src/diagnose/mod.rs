@@ -8,6 +8,7 @@ mod locate;
 mod regime;
 mod result;
 mod search;
+mod sound;
 mod spectrum;
 mod verdict;
 
@@ -22,7 +23,6 @@ pub use verdict::{Closed, Kind, Verdict};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::Record;
 use crate::log::Log;
 use bristle_plant::effect::Entry;
 
@@ -44,7 +44,7 @@ impl Default for Options {
 /// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
 ///
 /// # Errors
-/// Logs and axis file do not fit, or a number is out of range.
+/// Logs and axis file do not fit, a log is wrong as a whole, or a number is out of range.
 pub fn diagnose(
     logs: &[Log],
     axis: &AxisFile,
@@ -52,11 +52,13 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<(Diagnosis, Search), InputError> {
-    let records = logs
-        .iter()
-        .map(|log| Record::new(log, axis, believed, &[]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let search = search(records, believed, &options.catalogue, progress)?;
-    let (diagnosis, _) = result::conclude(&search, believed)?;
+    let sound = sound::sound(logs, axis, believed)?;
+    let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
+    let search = search(sound.records, believed, catalogue, progress)?;
+    let (mut diagnosis, _) = result::conclude(&search, believed)?;
+    if !sound.moves {
+        diagnosis.undecided();
+    }
+    diagnosis.notes.splice(0..0, sound.notes);
     Ok((diagnosis, search))
 }

@@ -4,6 +4,7 @@
 //! Positions that are c times too large leave F_C as it is and divide J and F_v by c. Torque and encoder signs cannot be
 //! told apart from these alone: both change every sign of the balance.
 
+use super::position::Grid;
 use super::regression::{BLOCKS, Sums, fit};
 use super::{Code, Hygiene, Severity};
 use crate::axis_file::AxisFile;
@@ -69,6 +70,7 @@ pub(super) fn inspect(
     log: &Log,
     axis: &AxisFile,
     stretches: &[Stretch],
+    grid: Grid,
     out: &mut Hygiene,
 ) -> Result<(), InputError> {
     let count = rad_per_count(axis).unwrap_or(0.0);
@@ -82,11 +84,8 @@ pub(super) fn inspect(
             // A late effort takes its share of the inertia away, which must not look like a factor.
             balance = aligned;
         }
-        if !out
-            .findings
-            .iter()
-            .any(|finding| finding.code == Code::WrongScale)
-        {
+        // A grid that agrees leaves no factor to look for; one that differs has named it.
+        if grid == Grid::Unseen {
             wrong_scale(axis, &balance, rows.mean_speed, out);
         }
     }
@@ -309,10 +308,11 @@ fn wrong_scale(axis: &AxisFile, balance: &Balance, mean_speed: f64, out: &mut Hy
             ", or the inertia in the axis file"
         }
     );
+    // Cogging or a wrong inertia can look like a factor where viscous friction has no say.
     let severity = if agrees {
         Severity::Fatal
     } else {
-        Severity::Warning
+        Severity::Note
     };
     out.find(Code::WrongScale, severity, text);
 }

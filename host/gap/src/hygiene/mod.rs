@@ -17,6 +17,7 @@ use crate::stretch::stretches;
 pub use balance::{Balance, Estimate, Skew};
 use std::fmt;
 use std::ops::Range;
+use std::path::Path;
 
 /// What a finding is about. [`Code::name`] is stable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +74,8 @@ impl Code {
 /// What a finding means for a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
+    /// A guess that other causes explain as well.
+    Note,
     /// The stretches stand in [`Hygiene::excluded`]; the rest is sound.
     Excluded,
     /// A fit runs; its result should be read with this in mind.
@@ -88,13 +91,24 @@ pub struct Finding {
     pub code: Code,
     /// What it means for a fit.
     pub severity: Severity,
-    /// One line with its numbers and the remedy.
+    /// One line with its numbers; the remedy, if any, stands behind the last semicolon.
     pub text: String,
 }
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.code.name(), self.text)
+    }
+}
+
+impl Finding {
+    /// As an error of the log's file.
+    pub fn error(&self, file: &Path) -> InputError {
+        let (what, remedy) = self
+            .text
+            .rsplit_once("; ")
+            .unwrap_or((self.text.as_str(), "record again"));
+        InputError::new(file, format!("{}: {what}", self.code.name()), remedy)
     }
 }
 
@@ -172,9 +186,9 @@ pub fn inspect(log: &Log, axis: &AxisFile) -> Result<Hygiene, InputError> {
     let stretches = stretches(log, axis)?;
     timing::inspect(log, &mut out);
     effort::inspect(log, axis, &mut out)?;
-    position::inspect(log, axis, &stretches, &mut out)?;
+    let grid = position::inspect(log, axis, &stretches, &mut out)?;
     if !out.is_fatal() {
-        balance::inspect(log, axis, &stretches, &mut out)?;
+        balance::inspect(log, axis, &stretches, grid, &mut out)?;
     }
     out.findings
         .sort_by_key(|finding| (std::cmp::Reverse(finding.severity), finding.code));

@@ -9,6 +9,8 @@ use std::ops::Range;
 
 /// Shortest standstill that may be a stuck encoder.
 const SHORTEST_STANDSTILL: usize = 10;
+/// A record of which more than this part is stuck is none.
+const STUCK_PART: f64 = 0.6;
 /// What an axis must have missed to call its encoder stuck, in counts.
 const MISSED_COUNTS: f64 = 50.0;
 /// Factors by which encoders are misread: quadrature, decimal and binary gears, turns for radians left out.
@@ -16,12 +18,23 @@ const FACTORS: [f64; 7] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0];
 /// Fewest different positions before their grid means something.
 const FEWEST_PLACES: usize = 30;
 
+/// What the grid of the positions says of the axis file's count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grid {
+    /// Positions in radians or metres lie on it: neither it nor their unit is off.
+    Agrees,
+    /// It is off.
+    Differs,
+    /// Counts, or positions on no grid.
+    Unseen,
+}
+
 pub(super) fn inspect(
     log: &Log,
     axis: &AxisFile,
     stretches: &[Stretch],
     out: &mut Hygiene,
-) -> Result<(), InputError> {
+) -> Result<Grid, InputError> {
     let position = log.position_rad(axis)?;
     let effort = log.effort_nm(axis)?;
     // Where the axis file does not say, the smallest step seen.
@@ -41,9 +54,9 @@ pub(super) fn inspect(
             axis.unit.position()
         );
         out.find(Code::NeverMoved, Severity::Fatal, text);
-        return Ok(());
+        return Ok(Grid::Unseen);
     }
-    wrong_grid(log, axis, out);
+    let grid = inspect_grid(log, axis, out);
     let limits = Limits::new(axis, &position, &effort, count);
     let mut found = Found::default();
     for stretch in stretches {
@@ -54,20 +67,20 @@ pub(super) fn inspect(
             stretch,
         );
     }
-    found.report(axis, log.median_step_s(), out);
+    found.report(axis, log, out);
     super::velocity::inspect(log, axis, &position, count, out);
-    Ok(())
+    Ok(grid)
 }
 
-/// All positions lie on a grid that is not the one of the axis file.
-fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
+/// Finds positions that lie on a grid that is not the one of the axis file.
+fn inspect_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) -> Grid {
     let counts = log.position.kind == PositionKind::Counts;
     let count = if counts {
         1.0
     } else {
         match rad_per_count(axis) {
             Some(count) => count,
-            None => return,
+            None => return Grid::Unseen,
         }
     };
     let values = &log.position.values;
@@ -128,6 +141,10 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
                 )
             };
             out.find(Code::WrongScale, Severity::Warning, text);
+            return Grid::Differs;
+        }
+        if !counts && places(count) >= FEWEST_PLACES {
+            return Grid::Agrees;
         }
     } else if !counts {
         let finer = FACTORS
@@ -139,8 +156,10 @@ fn wrong_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) {
                 given * factor
             );
             out.find(Code::WrongScale, Severity::Warning, text);
+            return Grid::Differs;
         }
     }
+    Grid::Unseen
 }
 
 /// A power of ten: the rounding of a printed column, not an encoder's count.
@@ -266,17 +285,23 @@ impl Found {
         }
     }
 
-    fn report(self, axis: &AxisFile, step_s: f64, out: &mut Hygiene) {
+    fn report(self, axis: &AxisFile, log: &Log, out: &mut Hygiene) {
         let unit = axis.unit.position();
         if !self.stuck.is_empty() {
             let (stretches, samples) = out.exclude(Code::StuckEncoder, self.stuck);
+            let fatal = samples as f64 > STUCK_PART * log.len() as f64;
+            let (severity, remedy) = if fatal {
+                (Severity::Fatal, "mend it and record again")
+            } else {
+                (Severity::Excluded, "left out")
+            };
             let text = format!(
                 "the position stands still in {}, {:.4} s in all, where effort or speed must have moved it: a stuck \
-                 encoder, or an axis that is blocked; left out",
+                 encoder, or an axis that is blocked; {remedy}",
                 many(stretches, "stretch", "stretches"),
-                samples as f64 * step_s
+                samples as f64 * log.median_step_s()
             );
-            out.find(Code::StuckEncoder, Severity::Excluded, text);
+            out.find(Code::StuckEncoder, severity, text);
         }
         if !self.outliers.is_empty() {
             let (count, _) = out.exclude(Code::PositionOutlier, self.outliers);

@@ -44,7 +44,7 @@ pub(super) fn inspect(log: &Log, out: &mut Hygiene) {
     }
     if log.len() < FEWEST_SAMPLES {
         let text = format!(
-            "{} samples over {:.4} s; record at least {FEWEST_SAMPLES}",
+            "{} samples over {:.4} s are too few for any fit; record at least {FEWEST_SAMPLES}",
             log.len(),
             log.time_s.last().unwrap_or(&0.0) - log.time_s.first().unwrap_or(&0.0)
         );
