@@ -195,6 +195,17 @@ fn rest_shows_the_noise_of_a_measured_effort() {
 }
 
 #[test]
+fn ramps_at_rest_are_no_noise() {
+    for (bits, named) in [(12, Named::Ladder), (14, Named::BreakAway)] {
+        let axis = rotary(10_000.0, bits);
+        let log = record(&axis, named, 20.0, 0.01, 1);
+        let found = floor(&log, &axis, &inspect(&log, &axis).unwrap()).unwrap();
+        // Noise is 1 % of a Coulomb friction of 0.08; ramps and the loop's wind-up are as large as friction itself.
+        assert!(found.noise.rms < 0.1 * 0.08, "{named:?} {}", found.text);
+    }
+}
+
+#[test]
 fn without_repeats_and_rest_there_is_a_formula() {
     let axis = rotary(1000.0, 17);
     // A sweep: never the same twice, never at rest.

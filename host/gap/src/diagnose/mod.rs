@@ -52,7 +52,7 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<(Diagnosis, Search), InputError> {
-    let sound = sound::sound(logs, axis, believed)?;
+    let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
     let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
     let search = search(sound.records, believed, catalogue, progress)?;
     let (mut diagnosis, _) = result::conclude(&search, believed)?;

@@ -109,8 +109,8 @@ pub fn floor(log: &Log, axis: &AxisFile, hygiene: &Hygiene) -> Result<Floor, Inp
     }
     match rest::high_frequencies(&stretches, &usable) {
         Some(noise) => {
-            let how = "the reference does not repeat and the axis does not rest; highest frequencies of the effort, taken \
-                       as white, and the encoder's count through the inertia";
+            let how = "the reference does not repeat and no rest shows noise; highest frequencies of the effort, taken as \
+                       white, and the encoder's count through the inertia";
             Ok(made(Method::Formula, noise, how.to_string()))
         }
         None => Err(InputError::new(

@@ -8,6 +8,8 @@ use crate::stretch::Stretch;
 /// Shortest rest, s and samples.
 const SHORTEST_S: f64 = 0.05;
 const SHORTEST_SAMPLES: usize = 50;
+/// Rms over that of white noise of the same highest frequencies, at most: a first-order noise of coefficient 0.98.
+const MOST_COLOURED: f64 = 10.0;
 /// Rest that is enough for a noise model, samples in all.
 const ENOUGH_SAMPLES: usize = 500;
 
@@ -65,15 +67,12 @@ pub(super) fn from_rest(
     // Mean, slope and bend of each rest.
     let freedom = 1.0 - 3.0 * rests.len() as f64 / samples as f64;
     let mut noise = Noise::of(&slices, freedom)?;
-    // Rounding of a silent effort is no noise.
-    if noise.rms <= 1e-9 * range_nm {
+    let rest_rms = fourth_difference_rms(&slices)?;
+    // Rounding of a silent effort is no noise, and neither is a ramp or a loop that winds up.
+    if noise.rms <= 1e-9 * range_nm || noise.rms > MOST_COLOURED * rest_rms {
         return None;
     }
-    let quick = |pieces: &[&[f64]]| fourth_difference_rms(pieces);
-    let larger = match (quick(&moving), quick(&slices)) {
-        (Some(moving), Some(rest)) if rest > 0.0 => (moving / rest).max(1.0),
-        _ => 1.0,
-    };
+    let larger = fourth_difference_rms(&moving).map_or(1.0, |moving| (moving / rest_rms).max(1.0));
     noise.scale(larger);
     Some((noise, samples as f64 * step_s, larger))
 }
@@ -89,7 +88,7 @@ pub(super) fn high_frequencies(stretches: &[Stretch], usable: &[bool]) -> Option
 }
 
 /// Rms of white noise with these fourth differences: from their median, which single steps of a command do not move; from
-/// their mean square where the column is so coarse that most are zero.
+/// their mean square where most are zero or rounding: a coarse column, or one that is silent most of the time.
 fn fourth_difference_rms(pieces: &[&[f64]]) -> Option<f64> {
     let mut sizes: Vec<f64> = pieces
         .iter()
@@ -102,7 +101,12 @@ fn fourth_difference_rms(pieces: &[&[f64]]) -> Option<f64> {
     let middle = sizes.len() / 2;
     let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
     // 1 + 16 + 36 + 16 + 1 = 70; half of a normal distribution lies within 0.6745.
-    Some(if median > 0.0 {
+    let largest = pieces
+        .iter()
+        .copied()
+        .flatten()
+        .fold(0.0_f64, |m, u| m.max(u.abs()));
+    Some(if median > 1e-12 * largest {
         median / (0.6745 * 70_f64.sqrt())
     } else {
         crate::signal::rms(sizes) / 70_f64.sqrt()
