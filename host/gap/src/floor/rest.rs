@@ -88,7 +88,7 @@ pub(super) fn high_frequencies(stretches: &[Stretch], usable: &[bool]) -> Option
 }
 
 /// Rms of white noise with these fourth differences: from their median, which single steps of a command do not move; from
-/// their mean square where most are zero or rounding: a coarse column, or one that is silent most of the time.
+/// their mean square where the column is so coarse that most are zero.
 fn fourth_difference_rms(pieces: &[&[f64]]) -> Option<f64> {
     let mut sizes: Vec<f64> = pieces
         .iter()
@@ -101,12 +101,7 @@ fn fourth_difference_rms(pieces: &[&[f64]]) -> Option<f64> {
     let middle = sizes.len() / 2;
     let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
     // 1 + 16 + 36 + 16 + 1 = 70; half of a normal distribution lies within 0.6745.
-    let largest = pieces
-        .iter()
-        .copied()
-        .flatten()
-        .fold(0.0_f64, |m, u| m.max(u.abs()));
-    Some(if median > 1e-12 * largest {
+    Some(if median > 0.0 {
         median / (0.6745 * 70_f64.sqrt())
     } else {
         crate::signal::rms(sizes) / 70_f64.sqrt()
