@@ -9,6 +9,7 @@ mod regime;
 mod result;
 mod search;
 mod signature;
+mod sound;
 mod spectrum;
 mod verdict;
 
@@ -23,7 +24,6 @@ pub use verdict::{Closed, Kind, Verdict};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::Record;
 use crate::log::Log;
 use bristle_plant::effect::Entry;
 
@@ -45,7 +45,7 @@ impl Default for Options {
 /// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
 ///
 /// # Errors
-/// Logs and axis file do not fit, or a number is out of range.
+/// Logs and axis file do not fit, a log is wrong as a whole, or a number is out of range.
 pub fn diagnose(
     logs: &[Log],
     axis: &AxisFile,
@@ -53,11 +53,13 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<(Diagnosis, Search), InputError> {
-    let records = logs
-        .iter()
-        .map(|log| Record::new(log, axis, believed, &[]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let search = search(records, believed, &options.catalogue, progress)?;
-    let (diagnosis, _) = result::conclude(&search, believed)?;
+    let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
+    let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
+    let search = search(sound.records, believed, catalogue, progress)?;
+    let (mut diagnosis, _) = result::conclude(&search, believed)?;
+    if !sound.moves {
+        diagnosis.undecided();
+    }
+    diagnosis.notes.splice(0..0, sound.notes);
     Ok((diagnosis, search))
 }
