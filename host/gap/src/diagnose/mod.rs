@@ -7,6 +7,8 @@ mod regime;
 mod search;
 mod spectrum;
 
-pub use held_out::spreads;
-pub use regime::{Node, Regime};
+pub use candidate::{Background, Start};
+pub use held_out::{held_out, spreads};
+pub use likelihood::{Group, Noise};
+pub use regime::{Node, Regime, nodes};
 pub use search::{Hypothesis, Search, catalogue, search};

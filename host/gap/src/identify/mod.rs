@@ -1,0 +1,3 @@
+//! Identification: from logs to an axis file.
+
+pub mod joint;
