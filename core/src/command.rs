@@ -3,7 +3,8 @@
 //! A command is a number that the host chooses and gets back, an operation, and what it needs. Nothing that arrives can
 //! make the parser panic; what is not a command is answered as malformed.
 
-use crate::experiment::Experiment;
+use crate::experiment::bounds::Refusal;
+use crate::experiment::{Bounds, Experiment};
 use crate::parameters::ENTRIES;
 use crate::wire::{Frame, FrameWriter, Kind, Reader};
 
@@ -29,8 +30,8 @@ pub enum Command {
     Stop,
     /// From fault to idle.
     ClearFault,
-    /// Plays a signal from its beginning.
-    Play(Experiment<f32>),
+    /// Plays a signal from its beginning, within bounds.
+    Play(Experiment<f32>, Bounds<f32>),
     /// Changes parameters, all of them or none.
     Set(Changes),
     /// Asks for a parameter.
@@ -107,6 +108,8 @@ pub enum Reply {
         /// Its value.
         value: f32,
     },
+    /// An experiment that asks for too much; nothing plays because of it.
+    Refused(Refusal),
 }
 
 impl Command {
@@ -120,8 +123,12 @@ impl Command {
             Self::Disarm => frame.u8(2),
             Self::Stop => frame.u8(3),
             Self::ClearFault => frame.u8(4),
-            Self::Play(experiment) => {
+            Self::Play(experiment, bounds) => {
                 frame.u8(5);
+                frame.f32(bounds.travel_rad);
+                frame.f32(bounds.speed_rad_s);
+                frame.f32(bounds.torque_nm);
+                frame.u32(bounds.ticks);
                 write_experiment(experiment, &mut frame);
             }
             Self::Set(changes) => {
@@ -159,7 +166,15 @@ impl Command {
             2 => Self::Disarm,
             3 => Self::Stop,
             4 => Self::ClearFault,
-            5 => Self::Play(read_experiment(&mut bytes)?),
+            5 => {
+                let bounds = Bounds {
+                    travel_rad: bytes.f32()?,
+                    speed_rad_s: bytes.f32()?,
+                    torque_nm: bytes.f32()?,
+                    ticks: bytes.u32()?,
+                };
+                Self::Play(read_experiment(&mut bytes)?, bounds)
+            }
             6 => {
                 let mut changes = Changes::default();
                 for _ in 0..bytes.u8()? {
@@ -209,6 +224,10 @@ impl Reply {
                 frame.u8(parameter);
                 frame.f32(value);
             }
+            Self::Refused(refusal) => {
+                frame.u8(7);
+                frame.u8(refusal as u8);
+            }
         }
         frame.finish(1)
     }
@@ -239,6 +258,7 @@ impl Reply {
                 parameter: bytes.u8()?,
                 value: bytes.f32()?,
             },
+            7 => Self::Refused(Refusal::of(bytes.u8()?)?),
             _ => return None,
         };
         bytes.end()?;
@@ -272,7 +292,29 @@ macro_rules! experiments {
             })
         }
 
-        /// Whether every value is a number and every time at least a tick.
+        /// The experiment in the precision of the wire.
+        pub fn in_single_precision(experiment: &Experiment<f64>) -> Experiment<f32> {
+            trait Narrow<T> {
+                fn narrow(self) -> T;
+            }
+            impl Narrow<f32> for f64 {
+                fn narrow(self) -> f32 {
+                    self as f32
+                }
+            }
+            impl Narrow<u32> for u32 {
+                fn narrow(self) -> u32 {
+                    self
+                }
+            }
+            match *experiment {
+                $(Experiment::$variant { $($field),+ } => {
+                    Experiment::$variant { $($field: $field.narrow()),+ }
+                })+
+            }
+        }
+
+        /// Whether every value is a number, every time at least a tick, and what has a range within it.
         pub fn is_playable(experiment: &Experiment<f32>) -> bool {
             trait Usable {
                 fn usable(self) -> bool;
@@ -288,7 +330,7 @@ macro_rules! experiments {
                 }
             }
             match *experiment {
-                $(Experiment::$variant { $($field),+ } => true $(&& $field.usable())+,)+
+                $(Experiment::$variant { $($field),+ } => experiment.is_in_range() $(&& $field.usable())+,)+
             }
         }
     };
@@ -302,6 +344,8 @@ experiments! {
     4 Prbs { amplitude_nm: f32, clock_ticks: u32 }
     5 DahlRamp { amplitude_rad: f32, period_ticks: u32 }
     6 RestAndBreakAway { peak_nm: f32, ramp_ticks: u32, dwell_ticks: u32 }
+    7 Multisine { amplitude_nm: f32, period_ticks: u32 }
+    8 Moves { length_rad: f32, move_ticks: u32, pause_ticks: u32, pauses: u32 }
 }
 
 #[cfg(test)]
@@ -334,6 +378,12 @@ mod tests {
             Command::Set(Changes::default()),
             Command::Get(3),
         ];
+        let bounds = Bounds {
+            travel_rad: 1.0,
+            speed_rad_s: 2.0,
+            torque_nm: 3.0,
+            ticks: 4,
+        };
         for experiment in [
             Experiment::Sine {
                 amplitude_nm: 0.035,
@@ -368,9 +418,19 @@ mod tests {
                 ramp_ticks: 2,
                 dwell_ticks: 3,
             },
+            Experiment::Multisine {
+                amplitude_nm: 1.0,
+                period_ticks: 2000,
+            },
+            Experiment::Moves {
+                length_rad: 1.0,
+                move_ticks: 2,
+                pause_ticks: 3,
+                pauses: 4,
+            },
         ] {
             assert!(is_playable(&experiment));
-            commands.push(Command::Play(experiment));
+            commands.push(Command::Play(experiment, bounds));
         }
         for command in commands {
             assert_eq!(there_and_back(command), (513, Some(command)));
@@ -398,6 +458,7 @@ mod tests {
                 parameter: 1,
                 value: 2.0,
             },
+            Reply::Refused(Refusal::Torque),
         ] {
             let mut buffer = [0; MOST_COMMAND_BYTES];
             let mut decoder = Decoder::<MOST_COMMAND_BYTES>::new();

@@ -3,12 +3,13 @@
 
 use core::hint::cold_path;
 
-use crate::experiment::{Experiment, Player};
+use crate::experiment::bounds::Guard;
+use crate::experiment::{Bounds, End, Experiment, Player};
 use crate::parameters::Config;
 use crate::supervisor::{Observation, Request, State, Supervisor};
 use crate::tick;
 use crate::trace::{
-    FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN, Record, Status,
+    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN, Record, Status,
 };
 
 /// What a command asks of the tick.
@@ -16,8 +17,8 @@ use crate::trace::{
 pub enum Order {
     /// Of the supervisor.
     Request(Request),
-    /// Plays a signal from its beginning, if armed.
-    Play(Experiment<f32>),
+    /// Plays a signal from its beginning within its bounds, if armed.
+    Play(Experiment<f32>, Bounds<f32>),
 }
 
 /// What the hardware says at a tick.
@@ -62,6 +63,9 @@ pub struct Controller {
     state: tick::State<f32>,
     player: Player<f32>,
     playing: bool,
+    guard: Guard,
+    /// [`End`] at its place in the flags.
+    ended: u8,
     supervisor: Supervisor,
     tick: u32,
 }
@@ -73,6 +77,8 @@ impl Controller {
             state: config.tick.start(raw),
             player: Player::new(SILENCE, config.tick_s),
             playing: false,
+            guard: Guard::new(&Bounds::open(1), 1.0),
+            ended: 0,
             supervisor: Supervisor::new(watchdog_reset),
             tick: 0,
         }
@@ -96,16 +102,21 @@ impl Controller {
     /// One tick.
     #[inline]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
-        let request = match input.order {
+        let mut begins = false;
+        let mut request = match input.order {
             Some(Order::Request(request)) => {
                 cold_path();
                 Some(request)
             }
-            Some(Order::Play(experiment)) => {
+            Some(Order::Play(experiment, bounds)) => {
                 cold_path();
                 if self.supervisor.may_start() {
                     self.player = Player::new(experiment, config.tick_s);
+                    let settings = config.tick.luenberger.settings();
+                    self.guard = Guard::new(&bounds, settings.rad_per_count);
                     self.playing = true;
+                    self.ended = 0;
+                    begins = true;
                     self.state.begin_experiment();
                 }
                 Some(Request::Start)
@@ -116,6 +127,22 @@ impl Controller {
         let sample = config
             .tick
             .run(&mut self.state, input.raw, &mut self.player);
+        let mut end = End::None;
+        if self.playing {
+            end = self.guard.step(
+                config.tick.position_counts(&self.state.encoder),
+                sample.luenberger.velocity_rad_s,
+                sample.torque_ref_nm,
+            );
+            if end != End::None {
+                cold_path();
+                self.supervisor.stop();
+                if begins {
+                    // Its start would end the stop.
+                    request = Some(Request::KeepAlive);
+                }
+            }
+        }
         let seen = Observation {
             wanted_nm: sample.torque_ref_nm,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
@@ -131,18 +158,25 @@ impl Controller {
         };
         let verdict = self.supervisor.step(&config.limits, &seen);
         // What was stopped does not resume.
-        let ends = self.supervisor.state() != State::Armed || request == Some(Request::Stop);
-        if self.playing && ends {
+        if self.supervisor.state() == State::Fault {
+            end = End::Fault;
+        } else if self.supervisor.state() != State::Armed || request == Some(Request::Stop) {
+            end = End::Stopped;
+        }
+        if self.playing && end != End::None {
             cold_path();
             self.playing = false;
+            self.ended = (end as u8) << END_SHIFT;
             self.player = Player::new(SILENCE, config.tick_s);
         }
         self.state.put_out(verdict.torque_nm);
         let flag = |on: bool, flag: u8| if on { flag } else { 0 };
-        let flags = flag(self.playing, FLAG_EXPERIMENT)
+        // One that ends in the tick in which it begins has been seen to begin.
+        let flags = flag(self.playing | begins, FLAG_EXPERIMENT)
             | flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
-            | flag(input.overrun, FLAG_OVERRUN);
+            | flag(input.overrun, FLAG_OVERRUN)
+            | self.ended;
         let record = Record {
             tick: self.tick,
             counts: input.raw.cast_signed(),
@@ -191,10 +225,11 @@ mod tests {
     }
 
     fn sine(amplitude_nm: f32) -> Order {
-        Order::Play(Experiment::Sine {
+        let sine = Experiment::Sine {
             amplitude_nm,
             period_ticks: 10_000,
-        })
+        };
+        Order::Play(sine, Bounds::open(u32::MAX))
     }
 
     /// Armed at tick 200 with the axis at rest.
@@ -253,6 +288,99 @@ mod tests {
             .collect();
         assert!(torques.windows(2).all(|pair| pair[1] <= pair[0]));
         assert_eq!(torques[199], 0.0);
+    }
+
+    /// Plays a sine of 0.03 N m within bounds until it ends: its ticks, why, and the torques from then on.
+    fn ended(bounds: Bounds<f32>, raw: impl Fn(u32) -> u32) -> (u32, End, Vec<f32>) {
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let mut controller = armed(&config);
+        let sine = Experiment::Sine {
+            amplitude_nm: 0.03,
+            period_ticks: 10_000,
+        };
+        let mut order = Some(Order::Play(sine, bounds));
+        for k in 0..5000 {
+            let input = Input {
+                order: order.take(),
+                ..well(raw(k))
+            };
+            let record = controller.step(&config, &input).record;
+            if record.status.flags() & FLAG_EXPERIMENT == 0 {
+                let end = record.status.ended().unwrap();
+                let rest = (0..100)
+                    .map(|_| controller.step(&config, &well(raw(k))))
+                    .map(|output| {
+                        assert_eq!(output.record.status.ended(), Some(end));
+                        output.torque_nm
+                    });
+                let torques = core::iter::once(record.torque_ref_nm).chain(rest);
+                return (k, end, torques.collect());
+            }
+            assert_eq!(record.status.ended(), Some(End::None));
+        }
+        panic!("it did not end")
+    }
+
+    #[test]
+    fn a_bound_that_is_passed_ends_the_experiment_with_its_reason() {
+        let open = Bounds::open(4000);
+        let at_rest = |_| 7;
+        let (ticks, end, torques) = ended(Bounds { ticks: 300, ..open }, at_rest);
+        assert_eq!((ticks, end), (300, End::Finished));
+        // Down by the ramp, 1e-4 N m a tick, from 0.03 sin(2 pi 0.03) = 5.6e-3.
+        assert!(torques.windows(2).all(|pair| pair[1] <= pair[0]));
+        assert!(torques[0] > 5e-3 && torques[99] == 0.0);
+        // 0.03 sin(2 pi t) passes 0.01 N m at 0.0541 s; the torque itself never does.
+        let torque_nm = 0.01;
+        let (ticks, end, torques) = ended(Bounds { torque_nm, ..open }, at_rest);
+        assert_eq!((ticks, end), (541, End::Torque));
+        assert!(torques[0] <= torque_nm);
+        // A count every 25 ticks: 0.1 rad are 261 counts.
+        let crawl = |k: u32| 7_u32.wrapping_sub(k / 25);
+        let travel_rad = 0.02;
+        let (ticks, end, _) = ended(Bounds { travel_rad, ..open }, crawl);
+        // 52 counts are allowed.
+        assert_eq!((ticks, end), (53 * 25, End::Travel));
+        // Ten counts a tick are 38 rad/s.
+        let fast = |k: u32| 7 + 10 * k;
+        let speed_rad_s = 5.0;
+        let (_, end, _) = ended(
+            Bounds {
+                speed_rad_s,
+                ..open
+            },
+            fast,
+        );
+        assert_eq!(end, End::Speed);
+        // Ends in the tick in which it begins, which shows both.
+        let mut controller = armed(&BENCH.build(TICK_S, 1).unwrap());
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let ladder = Experiment::SpeedLadder {
+            top_rad_s: 10.0,
+            ratio: 0.5,
+            hold_ticks: 10,
+        };
+        let order = Order::Play(ladder, Bounds { torque_nm, ..open });
+        let output = controller.step(&config, &ordering(7, order));
+        let status = output.record.status;
+        assert_eq!(status.ended(), Some(End::Torque));
+        assert!(status.flags() & FLAG_EXPERIMENT != 0 && output.torque_nm == 0.0);
+        let next = controller.step(&config, &well(7)).record.status;
+        assert_eq!(next.ended(), Some(End::Torque));
+        assert_eq!(next.flags() & FLAG_EXPERIMENT, 0);
+    }
+
+    #[test]
+    fn a_stop_and_a_fault_end_an_experiment_with_their_reasons() {
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let mut controller = armed(&config);
+        controller.step(&config, &ordering(7, sine(0.01)));
+        let stopped = controller.step(&config, &ordering(7, Order::Request(Request::Stop)));
+        assert_eq!(stopped.record.status.ended(), Some(End::Stopped));
+        let again = controller.step(&config, &ordering(7, sine(0.01)));
+        assert_eq!(again.record.status.ended(), Some(End::None));
+        let fault = controller.step(&config, &well(100_000));
+        assert_eq!(fault.record.status.ended(), Some(End::Fault));
     }
 
     #[test]

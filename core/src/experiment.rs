@@ -3,6 +3,12 @@
 //! Time is a count of ticks, so that a signal is the same after hours as at the start. Source of the experiments:
 //! thesis (Aktas, ITU 2002), chapters 2.5, 3 and 4.5.
 
+pub mod bounds;
+pub mod moves;
+pub mod multisine;
+
+pub use bounds::{Bounds, End};
+
 use crate::friction::elasto_plastic::HALF_SINE;
 use crate::real::Real;
 
@@ -85,6 +91,24 @@ pub enum Experiment<T> {
         /// Ticks of the first rest; the n-th rest is n times as long.
         dwell_ticks: u32,
     },
+    /// Eight sines of torque an octave apart, see [`multisine`].
+    Multisine {
+        /// Peak of the sum, N m.
+        amplitude_nm: T,
+        /// Ticks of the slowest sine's period.
+        period_ticks: u32,
+    },
+    /// Moves from rest to rest, out and back by ever shorter lengths, see [`moves`].
+    Moves {
+        /// First and longest way, rad; negative to begin the other way.
+        length_rad: T,
+        /// Ticks of every move.
+        move_ticks: u32,
+        /// Ticks of the shortest pause.
+        pause_ticks: u32,
+        /// Lengths of pause to draw from, 1 to so many times the shortest; 1 for all alike.
+        pauses: u32,
+    },
 }
 
 /// Plays an experiment tick by tick.
@@ -106,6 +130,7 @@ impl<T: Real> Player<T> {
     pub fn new(experiment: Experiment<T>, tick_s: T) -> Self {
         let level = match experiment {
             Experiment::SpeedLadder { top_rad_s, .. } => top_rad_s,
+            Experiment::Moves { length_rad, .. } => length_rad,
             _ => T::ZERO,
         };
         Self {
@@ -168,9 +193,7 @@ impl<T: Real> Player<T> {
                 let high = self.bits & 1 == 1;
                 self.advance(clock_ticks);
                 if self.phase == 0 {
-                    // x^10 + x^7 + 1 is primitive: 1023 bits before it repeats.
-                    let feedback = (self.bits ^ (self.bits >> 3)) & 1;
-                    self.bits = (self.bits >> 1) | (feedback << 9);
+                    self.shift();
                 }
                 Reference::Torque(if high { amplitude_nm } else { -amplitude_nm })
             }
@@ -208,7 +231,65 @@ impl<T: Real> Player<T> {
                     if forward { torque } else { -torque }
                 })
             }
+            Experiment::Multisine {
+                amplitude_nm,
+                period_ticks,
+            } => {
+                let (sin, cos) = sine(self.advance(period_ticks), period_ticks);
+                Reference::Torque(amplitude_nm * multisine::of_slowest(sin, cos))
+            }
+            Experiment::Moves {
+                length_rad,
+                move_ticks,
+                pause_ticks,
+                pauses,
+            } => self.moving(length_rad, move_ticks, pause_ticks, pauses),
         }
+    }
+
+    /// A tick of [`Experiment::Moves`]: out, pause, back, pause.
+    fn moving(
+        &mut self,
+        length_rad: T,
+        move_ticks: u32,
+        pause_ticks: u32,
+        pauses: u32,
+    ) -> Reference<T> {
+        let way = self.level;
+        let out = self.step % 4 < 2;
+        let (share, speed) = if self.step.is_multiple_of(2) {
+            moves::profile(self.advance(move_ticks), move_ticks)
+        } else {
+            self.advance(moves::pause(self.bits, pause_ticks, pauses));
+            if self.phase == 0 {
+                self.shift();
+                if self.step == 4 * moves::LENGTHS {
+                    self.step = 0;
+                    self.level = length_rad;
+                } else if !out {
+                    self.level = way * T::of(0.5);
+                }
+            }
+            (T::ONE, T::ZERO)
+        };
+        let velocity_rad_s = way / self.seconds(move_ticks) * speed;
+        if out {
+            Reference::Position {
+                position_rad: way * share,
+                velocity_rad_s,
+            }
+        } else {
+            Reference::Position {
+                position_rad: way * (T::ONE - share),
+                velocity_rad_s: -velocity_rad_s,
+            }
+        }
+    }
+
+    /// The next bit of the shift register. x^10 + x^7 + 1 is primitive: 1023 bits before it repeats.
+    fn shift(&mut self) {
+        let feedback = (self.bits ^ (self.bits >> 3)) & 1;
+        self.bits = (self.bits >> 1) | (feedback << 9);
     }
 
     fn seconds(&self, ticks: u32) -> T {

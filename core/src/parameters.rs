@@ -247,7 +247,8 @@ impl Parameters {
         Table::new(&curve, TABLE_SPAN * self.stribeck_velocity_rad_s)
     }
 
-    fn limits(&self, tick_s: f32) -> Limits {
+    /// What the supervisor allows.
+    pub fn limits(&self, tick_s: f32) -> Limits {
         let ticks = |seconds: f32| ((seconds / tick_s + 0.5) as u32).max(1);
         Limits {
             torque_nm: self.torque_limit_nm,

@@ -4,7 +4,7 @@ use crate::trace::Status;
 use crate::wire::{Frame, FrameWriter, Kind, Reader};
 
 /// Number of this wire form; a host that knows another one must not guess.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// How the firmware fares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

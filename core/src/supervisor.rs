@@ -38,6 +38,7 @@ macro_rules! codes {
         }
     };
 }
+pub(crate) use codes;
 
 codes! {
     /// Where the supervisor stands.
@@ -259,6 +260,13 @@ impl Supervisor {
     /// The encoder's index has been seen.
     pub fn index_seen(&self) -> bool {
         self.index.is_some()
+    }
+
+    /// Takes the torque down by a ramp, as [`Request::Stop`] does, if armed.
+    pub fn stop(&mut self) {
+        if self.state == State::Armed {
+            self.stopping = true;
+        }
     }
 
     /// True if an experiment may begin in this tick.

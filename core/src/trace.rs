@@ -1,5 +1,6 @@
 //! The numbered sample that leaves the control tick, and its wire form in [`crate::wire`] frames.
 
+use crate::experiment::End;
 use crate::supervisor::{Fault, Limit, State};
 use crate::wire::{Frame, FrameWriter, Kind, Reader};
 
@@ -39,6 +40,8 @@ pub const FLAG_DRIVE_ENABLED: u8 = 2;
 pub const FLAG_INDEX_SEEN: u8 = 4;
 /// Samples before this one were lost, since the queue was full.
 pub const FLAG_OVERRUN: u8 = 8;
+/// Place of [`End`] in the flags: why the last experiment ended.
+pub const END_SHIFT: u32 = 4;
 
 impl Status {
     /// Puts the four together.
@@ -65,6 +68,11 @@ impl Status {
     /// Latched fault.
     pub fn fault(self) -> Option<Fault> {
         Fault::of(self.0.to_le_bytes()[2])
+    }
+
+    /// Why the last experiment ended; `None` for a number that no end has.
+    pub fn ended(self) -> Option<End> {
+        End::of(self.flags() >> END_SHIFT)
     }
 
     /// Flags.
@@ -145,6 +153,8 @@ mod tests {
     use crate::wire::{Decoder, OVERHEAD_BYTES};
     use std::vec::Vec;
 
+    const FLAGS: u8 = FLAG_EXPERIMENT | (End::Torque as u8) << END_SHIFT;
+
     fn record(tick: u32) -> Record {
         Record {
             tick,
@@ -153,7 +163,7 @@ mod tests {
             z_time_free_rad: -2.5e-3,
             velocity_rad_s: f32::MIN_POSITIVE,
             torque_ref_nm: 0.035,
-            status: Status::new(State::Armed, Limit::Slew, Fault::None, FLAG_EXPERIMENT),
+            status: Status::new(State::Armed, Limit::Slew, Fault::None, FLAGS),
         }
     }
 
@@ -173,7 +183,8 @@ mod tests {
         assert_eq!(status.state(), Some(State::Armed));
         assert_eq!(status.limit(), Some(Limit::Slew));
         assert_eq!(status.fault(), Some(Fault::None));
-        assert_eq!(status.flags(), FLAG_EXPERIMENT);
+        assert_eq!(status.flags(), FLAGS);
+        assert_eq!(status.ended(), Some(End::Torque));
     }
 
     #[test]

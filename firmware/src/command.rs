@@ -3,7 +3,7 @@
 //! Runs in the executor's thread, below everything else. Building observers from new parameters takes long (their
 //! stability check works in f64), and nothing waits for it.
 
-use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply, is_playable};
+use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply};
 use bristle_core::controller::Order;
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::parameters::Parameters;
@@ -75,8 +75,13 @@ impl Commands {
             Command::Disarm => Order::Request(Request::Disarm),
             Command::Stop => Order::Request(Request::Stop),
             Command::ClearFault => Order::Request(Request::ClearFault),
-            Command::Play(experiment) if is_playable(&experiment) => Order::Play(experiment),
-            Command::Play(_) => return Reply::Malformed,
+            Command::Play(experiment, bounds) => {
+                let limits = self.parameters.limits(timing::TICK_S);
+                match bounds.admit(&experiment, &limits, timing::TICK_S) {
+                    Ok(()) => Order::Play(experiment, bounds),
+                    Err(refusal) => return Reply::Refused(refusal),
+                }
+            }
             Command::Set(changes) => return self.set(&changes).await,
             Command::Get(parameter) => {
                 return match self.parameters.get(parameter) {

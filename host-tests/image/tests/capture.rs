@@ -5,7 +5,8 @@ mod common;
 mod reference;
 
 use bristle_core::command::Command;
-use bristle_gap::capture::{Capture, Position, Sample, Summary, header, write_row};
+use bristle_core::experiment::Bounds;
+use bristle_gap::capture::{Capture, Layout, Sample, Summary};
 use bristle_gap::log::Log;
 use bristle_image::host::Session;
 use reference::{SINE, on_the_host};
@@ -24,11 +25,11 @@ fn place(name: &str) -> PathBuf {
 /// Decodes a raw stream into a log.
 fn capture(raw: &Path, log: &Path) -> Summary {
     let mut file = BufWriter::new(File::create(log).unwrap());
-    let position = Position::Counts;
-    header(&mut file, position).unwrap();
+    let layout = Layout::FIRMWARE;
+    layout.header(&mut file).unwrap();
     let mut capture = Capture::new(1e4);
     let bytes = std::fs::read(raw).unwrap();
-    let mut row = |sample: &Sample| write_row(&mut file, position, sample);
+    let mut row = |sample: &Sample| layout.row(&mut file, sample, None);
     // Pieces of no particular size, as a pipe gives them.
     for piece in bytes.chunks(4099) {
         capture.feed(piece, &mut row).unwrap();
@@ -53,7 +54,7 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let mut session = Session::new(&image, &table).unwrap();
     session.raw = Some(Box::new(File::create(&raw).unwrap()));
     session.arm().unwrap();
-    session.ask(&Command::Play(SINE)).unwrap();
+    session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
     session.run(TICKS).unwrap();
 
     let summary = capture(&raw, &path);

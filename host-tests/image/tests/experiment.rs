@@ -5,6 +5,7 @@ mod common;
 mod reference;
 
 use bristle_core::command::{Command, Reply};
+use bristle_core::experiment::Bounds;
 use bristle_core::trace::Record;
 use bristle_image::host::Session;
 use reference::{SINE, on_the_host};
@@ -35,7 +36,7 @@ fn sine_from_reset_to_log_equals_the_host() {
     let table = common::table(&image);
     let mut session = Session::new(&image, &table).unwrap();
     let armed = session.arm().unwrap();
-    let reply = session.ask(&Command::Play(SINE)).unwrap();
+    let reply = session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     let begun = Instant::now();
     let first = session.ticks();

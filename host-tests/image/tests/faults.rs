@@ -6,7 +6,7 @@
 mod common;
 
 use bristle_core::command::{Changes, Command, Reply};
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::parameters::ENTRIES;
 use bristle_core::supervisor::{Fault, State};
 use bristle_image::Stop;
@@ -41,7 +41,7 @@ fn playing<'a>(
 ) -> (Session<'a>, u64) {
     let mut session = Session::new(image, table).unwrap();
     session.arm().unwrap();
-    let reply = session.ask(&Command::Play(experiment)).unwrap();
+    let reply = session.ask(&Command::Play(experiment, Bounds::open(u32::MAX))).unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     session.run(12_500).unwrap();
     assert_eq!(session.faulted(0), None);

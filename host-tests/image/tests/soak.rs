@@ -4,7 +4,7 @@
 mod common;
 
 use bristle_core::command::Command;
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::supervisor::{Fault, State};
 use bristle_image::host::Session;
 use std::time::Instant;
@@ -26,7 +26,7 @@ fn a_minute_with_a_stalling_host() {
         amplitude_nm: 0.035,
         period_ticks: 10_000,
     };
-    session.ask(&Command::Play(sine)).unwrap();
+    session.ask(&Command::Play(sine, Bounds::open(u32::MAX))).unwrap();
     session.keep = false;
     let begun = Instant::now();
     let first = session.ticks();

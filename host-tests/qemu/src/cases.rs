@@ -3,7 +3,7 @@
 
 use bristle_core::Real;
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::{Experiment, Player, Reference, sine_of_turns};
+use bristle_core::experiment::{Bounds, Experiment, Player, Reference, sine_of_turns};
 use bristle_core::friction::armstrong::Armstrong;
 use bristle_core::friction::bliman_sorine::BlimanSorine;
 use bristle_core::friction::bristle::Bristle;
@@ -311,7 +311,7 @@ fn observers(sink: Sink<'_>) {
     sink("time-free", time_free_state.rejected);
 }
 
-const EXPERIMENTS: [Experiment<f32>; 4] = [
+const EXPERIMENTS: [Experiment<f32>; 6] = [
     Experiment::Sine {
         amplitude_nm: 0.035,
         period_ticks: 1000,
@@ -327,6 +327,16 @@ const EXPERIMENTS: [Experiment<f32>; 4] = [
     Experiment::DahlRamp {
         amplitude_rad: 1.0,
         period_ticks: 999,
+    },
+    Experiment::Multisine {
+        amplitude_nm: 0.03,
+        period_ticks: 1024,
+    },
+    Experiment::Moves {
+        length_rad: 1.0,
+        move_ticks: 300,
+        pause_ticks: 20,
+        pauses: 3,
     },
 ];
 
@@ -357,7 +367,7 @@ fn controller(sink: Sink<'_>) {
         for k in 0..STEPS {
             let order = match k {
                 200 | 3200 => Some(Order::Request(Request::Arm)),
-                201 | 3201 => Some(Order::Play(experiment)),
+                201 | 3201 => Some(Order::Play(experiment, Bounds::open(2500))),
                 3100 => Some(Order::Request(Request::ClearFault)),
                 _ if k % 500 == 0 => Some(Order::Request(Request::KeepAlive)),
                 _ => None,

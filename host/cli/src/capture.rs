@@ -2,7 +2,7 @@
 
 use crate::output::{self, Progress, short};
 use crate::source::{self, End, Source};
-use bristle_gap::capture::{Capture, MOST_FAULTS, Position, Sample, Summary, header, write_row};
+use bristle_gap::capture::{Capture, Layout, MOST_FAULTS, Position, Sample, Summary};
 use bristle_gap::output::AtomicFile;
 use bristle_gap::report::Table;
 use bristle_gap::{AxisFile, InputError, Unit};
@@ -152,8 +152,12 @@ fn record(
 ) -> Result<(End, Summary), InputError> {
     let progress = Progress::counting("capture");
     let written = (|| -> io::Result<(End, Summary)> {
-        header(file, position)?;
-        let mut row = |sample: &Sample| write_row(file, position, sample);
+        let layout = Layout {
+            position,
+            ..Layout::FIRMWARE
+        };
+        layout.header(file)?;
+        let mut row = |sample: &Sample| layout.row(file, sample, None);
         let end = source::pump(reader, |bytes| {
             capture.feed(bytes, &mut row)?;
             let (samples, lost) = capture.counts();

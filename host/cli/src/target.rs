@@ -3,7 +3,7 @@
 use crate::link::Link;
 use crate::{output, source};
 use bristle_core::command::{Changes, Command, Reply, parameter};
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::parameters::ENTRIES;
 use bristle_core::supervisor::State;
 use bristle_gap::InputError;
@@ -146,10 +146,13 @@ fn orders(args: &Args) -> Result<Vec<(String, Command)>, InputError> {
             Word::Disarm => Command::Disarm,
             Word::Stop => Command::Stop,
             Word::Clear => Command::ClearFault,
-            Word::Start => Command::Play(Experiment::Sine {
-                amplitude_nm: args.amplitude_nm as f32,
-                period_ticks: (args.period_s * RATE_HZ).round() as u32,
-            }),
+            Word::Start => Command::Play(
+                Experiment::Sine {
+                    amplitude_nm: args.amplitude_nm as f32,
+                    period_ticks: (args.period_s * RATE_HZ).round() as u32,
+                },
+                Bounds::open(((args.hold * RATE_HZ).round() as u32).max(1)),
+            ),
             Word::Get(number) => Command::Get(number),
             Word::Set(number, value) => {
                 if let Some((name, Command::Set(changes))) = orders.last_mut() {
@@ -189,7 +192,7 @@ fn name_of(number: u8) -> &'static str {
 
 fn follow(link: &mut Link, orders: &[(String, Command)]) -> Result<(), InputError> {
     for (name, command) in orders {
-        if matches!(command, Command::Play(_)) {
+        if matches!(command, Command::Play(..)) {
             armed(link)?;
         }
         let answer = accepted(name, link.ask(command)?)?;
@@ -234,6 +237,10 @@ fn accepted(name: &str, reply: Reply) -> Result<String, InputError> {
             "use firmware and program of the same version",
         ),
         Reply::Busy => refused("the firmware is busy".to_owned(), "try again"),
+        Reply::Refused(refusal) => refused(
+            format!("refused: the experiment {}", refusal.text()),
+            "give a smaller one, or raise the limit; nothing was started",
+        ),
     }
 }
 

@@ -63,6 +63,8 @@ pub struct Believed {
     pub drive: DriveConfig,
     /// Fastest that the axis may move.
     pub speed_limit_rad_s: f64,
+    /// Furthest that it may move from where it stands, either way, where that is known.
+    pub travel_limit_rad: Option<f64>,
     /// Samples a second of observers and control; 10 kHz, the interrupt's rate, where none is given.
     pub rate_hz: f64,
     /// l1, where it is given.
@@ -146,6 +148,7 @@ impl Believed {
                 "about 100 Hz",
             ),
             damping_nm_s_rad: file.axis.coupling_damping.unwrap_or(0.0),
+            gap_rad: 0.0,
         });
         let whole_inertia = inertia + load.map_or(0.0, |load| load.inertia_kg_m2);
         let damping_nm_s_rad = or(
@@ -202,6 +205,7 @@ impl Believed {
             breakaway_ratio: friction.breakaway_ratio.unwrap_or(0.7),
             drive,
             speed_limit_rad_s,
+            travel_limit_rad: file.drive.travel_limit,
             rate_hz: file.observer.rate_hz.unwrap_or(1e4),
             l1_1_s: file.observer.l1_1_s,
             l2: file.observer.l2.unwrap_or(0.0),

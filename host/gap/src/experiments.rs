@@ -2,6 +2,7 @@
 
 use crate::believed::Believed;
 use bristle_core::experiment::Experiment;
+use bristle_core::experiment::multisine::LEAST_PERIOD_TICKS;
 use bristle_core::real::Real;
 use bristle_plant::Unit;
 
@@ -23,11 +24,16 @@ pub enum Named {
     DahlRamp,
     /// Torque ramps of 1 s to 1.5 times stiction after rests of 0.5 s, 1 s, ...
     BreakAway,
+    /// Eight sines of torque an octave apart, 1 Hz to 128 Hz, together 1.5 times stiction at their peak.
+    Multisine,
+    /// Moves of 0.5 s from 1 rad (50 mm) down by halves, with pauses of 0.1 s to 0.4 s. Shorter where a quarter of the
+    /// speed limit asks for it.
+    Moves,
 }
 
 impl Named {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Sine,
         Self::Pulse,
         Self::Reversals,
@@ -35,6 +41,8 @@ impl Named {
         Self::Prbs,
         Self::DahlRamp,
         Self::BreakAway,
+        Self::Multisine,
+        Self::Moves,
     ];
 
     /// Its name on the command line.
@@ -47,6 +55,42 @@ impl Named {
             Self::Prbs => "prbs",
             Self::DahlRamp => "dahl-ramp",
             Self::BreakAway => "break-away",
+            Self::Multisine => "multisine",
+            Self::Moves => "moves",
+        }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|named| named.name() == name)
+    }
+
+    /// Which one a signal is.
+    pub fn of<T>(experiment: &Experiment<T>) -> Self {
+        match experiment {
+            Experiment::Sine { .. } => Self::Sine,
+            Experiment::PulseThenOscillation { .. } => Self::Pulse,
+            Experiment::Reversals { .. } => Self::Reversals,
+            Experiment::SpeedLadder { .. } => Self::Ladder,
+            Experiment::Prbs { .. } => Self::Prbs,
+            Experiment::DahlRamp { .. } => Self::DahlRamp,
+            Experiment::RestAndBreakAway { .. } => Self::BreakAway,
+            Experiment::Multisine { .. } => Self::Multisine,
+            Experiment::Moves { .. } => Self::Moves,
+        }
+    }
+
+    /// Time in which it has shown what it is for, s: some periods, a whole sequence, three break-aways, eight speeds or
+    /// lengths.
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::Sine | Self::Multisine => 5.0,
+            Self::Pulse => 3.0,
+            Self::Reversals => 4.0,
+            Self::Ladder | Self::DahlRamp => 8.0,
+            Self::Prbs => 10.23,
+            Self::BreakAway => 6.0,
+            Self::Moves => 12.0,
         }
     }
 
@@ -93,6 +137,25 @@ impl Named {
                 ramp_ticks: ticks(1.0),
                 dwell_ticks: ticks(0.5),
             },
+            Self::Multisine => Experiment::Multisine {
+                amplitude_nm: T::of(1.5 * stiction),
+                // A slow axis rate leaves the fastest sine its eight samples.
+                period_ticks: ticks(1.0).max(LEAST_PERIOD_TICKS),
+            },
+            Self::Moves => {
+                let whole = match axis.unit {
+                    Unit::Rotary => 1.0,
+                    Unit::Linear => 0.05,
+                };
+                // Half a second at half of the largest speed of the profile.
+                let reach = 0.25 * (0.25 * axis.speed_limit_rad_s);
+                Experiment::Moves {
+                    length_rad: T::of(reach.min(whole)),
+                    move_ticks: ticks(0.5),
+                    pause_ticks: ticks(0.1),
+                    pauses: 4,
+                }
+            }
         }
     }
 }

@@ -16,9 +16,12 @@ pub mod log;
 mod names;
 pub mod observe;
 pub mod output;
+pub mod plan;
 pub mod report;
+pub mod run;
 pub mod signal;
 pub mod simulate;
+mod toml_text;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -1,8 +1,13 @@
-//! Steps a second: elasto-plastic friction on a rigid axis in f64, and both observers in f32.
+//! Steps a second: elasto-plastic friction on a rigid axis in f64, the whole virtual axis, and both observers in f32.
 
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::observer::{Luenberger, TimeFree, luenberger, time_free};
 use bristle_core::stribeck::{Shape, Stribeck, Table};
+use bristle_plant::axis::{Axis, AxisConfig};
+use bristle_plant::contact::contact;
+use bristle_plant::drive::DriveConfig;
+use bristle_plant::encoder::EncoderConfig;
+use bristle_plant::mechanics::Mechanics;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -39,6 +44,31 @@ fn rigid_axis<C: bristle_core::stribeck::Curve<f64>>(friction: &ElastoPlastic<f6
         v += per_inertia * (applied - friction);
     }
     q
+}
+
+/// The same with drive and encoder around it, ten steps a sample and no effects.
+fn virtual_axis(friction: ElastoPlastic<f64, Stribeck<f64>>) -> f64 {
+    let config = AxisConfig {
+        mechanics: Mechanics {
+            inertia_kg_m2: 2.5246e-5,
+            load: None,
+        },
+        drive: DriveConfig::default(),
+        encoder: EncoderConfig {
+            rad_per_count: COUNT,
+            counts_per_turn: Some(16384),
+            noise_rad: 0.0,
+        },
+        torque_noise_nm: 0.0,
+        sample_time_s: 1e-4,
+        steps: 10,
+        seed: 1,
+    };
+    let mut axis = Axis::new(config, contact(friction), Vec::new());
+    for k in 0..STEPS / 10 {
+        axis.advance(torque(10 * k));
+    }
+    axis.truth().motion.position_rad
 }
 
 fn observers(
@@ -87,6 +117,9 @@ fn benches(c: &mut Criterion) {
     let exact = friction();
     group.bench_function("elasto-plastic rigid axis f64, exact curve", |b| {
         b.iter(|| black_box(rigid_axis(black_box(&exact))));
+    });
+    group.bench_function("virtual axis", |b| {
+        b.iter(|| black_box(virtual_axis(black_box(exact))));
     });
     let table: ElastoPlastic<f64, Table<f64>> = exact.tabulated(2.4).unwrap();
     group.bench_function("elasto-plastic rigid axis f64, table", |b| {

@@ -4,9 +4,9 @@
 //! friction models' implicit step that is symplectic in stick and bounded in slip. It is of first order: halving the
 //! step halves what is left, see the test `halving_the_step`.
 
-use crate::contact::Contact;
+use crate::contact::{Contact, Levels};
 use crate::drive::{Drive, DriveConfig};
-use crate::effect::{Effect, Instant};
+use crate::effect::{Effect, Instant, Plain};
 use crate::encoder::{EncoderConfig, Reading};
 use crate::mechanics::{Mechanics, Motion};
 use rand_chacha::ChaCha8Rng;
@@ -71,13 +71,88 @@ pub fn steps_for(sample_time_s: f64, fastest_rate_1_s: f64) -> u32 {
         .clamp(4.0, 1000.0) as u32
 }
 
+/// Steps that the effects need besides those that the axis was cut into, where friction acted on `rubbing_kg_m2`.
+fn steps_with(
+    config: &AxisConfig,
+    rubbing_kg_m2: f64,
+    contact: &dyn Contact,
+    effects: &[Box<dyn Effect>],
+) -> u32 {
+    let mechanics = &config.mechanics;
+    let mut steps = config.steps;
+    let behind = mechanics.rubbing_kg_m2();
+    if behind != rubbing_kg_m2 {
+        // No rate of friction grows faster than the inertia under it shrinks.
+        let lighter = (rubbing_kg_m2 / behind).max(1.0);
+        steps = (f64::from(steps) * lighter).ceil().min(1000.0) as u32;
+        steps = steps.max(steps_for(
+            config.sample_time_s,
+            mechanics.fastest_rate_1_s(),
+        ));
+    }
+    let rates = effects
+        .iter()
+        .map(|effect| effect.fastest_rate_1_s(mechanics.inertia_kg_m2));
+    let fastest = rates.fold(contact.fastest_rate_1_s(behind), f64::max);
+    if fastest > 0.0 {
+        steps = steps.max(steps_for(config.sample_time_s, fastest));
+    }
+    steps
+}
+
+/// Friction torque of a step with the effects in it, N m, on what moves with the load's velocity.
+pub fn rub(
+    contact: &mut dyn Contact,
+    effects: &mut [Box<dyn Effect>],
+    now: &Instant,
+    applied_nm: f64,
+) -> f64 {
+    let velocity_rad_s = now.motion.load_velocity_rad_s;
+    // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
+    let held = !effects.is_empty()
+        && contact.holds_at_rest()
+        && contact.steady_state_nm(velocity_rad_s) == 0.0;
+    let mut friction = contact.step(bristle_core::friction::Motion {
+        velocity_rad_s,
+        applied_nm: if held {
+            f64::MAX.copysign(applied_nm)
+        } else {
+            applied_nm
+        },
+        dt_s: now.step_s,
+    });
+    for effect in effects {
+        friction = effect.friction(now, friction);
+    }
+    if held && applied_nm.abs() <= friction.abs() {
+        applied_nm
+    } else {
+        friction
+    }
+}
+
 impl Axis {
-    /// An axis at rest at position zero.
+    /// An axis at rest at position zero. Effects may take part of its inertia behind a coupling and ask for more steps.
     pub fn new(
-        config: AxisConfig,
-        contact: Box<dyn Contact>,
-        effects: Vec<Box<dyn Effect>>,
+        mut config: AxisConfig,
+        mut contact: Box<dyn Contact>,
+        mut effects: Vec<Box<dyn Effect>>,
     ) -> Self {
+        let rubbing = config.mechanics.rubbing_kg_m2();
+        let plain = Plain {
+            inertia_kg_m2: config.mechanics.whole_inertia_kg_m2(),
+            levels: Levels::of(contact.as_ref()),
+        };
+        for effect in &mut effects {
+            effect.begin(&plain);
+            contact = effect.contact(contact);
+            if let Some(coupling) = effect.coupling(plain.inertia_kg_m2) {
+                config.mechanics = config.mechanics.coupled(&coupling);
+            }
+        }
+        if !effects.is_empty() {
+            config.steps = steps_with(&config, rubbing, contact.as_ref(), &effects);
+        }
         let drive = Drive::new(config.drive);
         Self {
             config,
@@ -139,6 +214,7 @@ impl Axis {
         self.drive.accept(torque_ref_nm);
         let mut sum = 0.0;
         for step in 0..self.config.steps {
+            self.config.mechanics.drift(&mut self.motion, step_s);
             let mut now = Instant {
                 time_s: start_s + f64::from(step) * step_s,
                 step_s,
@@ -151,26 +227,25 @@ impl Axis {
                 now.torque_nm = effect.actuator(&now);
             }
             let mut torque = now.torque_nm + noise_nm;
+            let mut inertia_share = 1.0;
             for effect in &mut self.effects {
                 torque += effect.mechanics(&now);
+                inertia_share *= effect.inertia(&now);
             }
-            self.config.mechanics.drift(&mut self.motion, step_s);
-            let motion = bristle_core::friction::Motion {
-                velocity_rad_s: self.motion.load_velocity_rad_s,
-                applied_nm: self
-                    .config
-                    .mechanics
-                    .torque_at_friction_nm(&self.motion, torque),
-                dt_s: step_s,
-            };
-            let mut friction = self.contact.step(motion);
-            for effect in &mut self.effects {
-                friction = effect.friction(&now, friction);
-            }
-            let before = self.motion.velocity_rad_s;
-            self.config
+            let applied = self
+                .config
                 .mechanics
-                .kick(&mut self.motion, torque, friction, holds, step_s);
+                .torque_at_friction_nm(&self.motion, torque);
+            let friction = rub(self.contact.as_mut(), &mut self.effects, &now, applied);
+            let before = self.motion.velocity_rad_s;
+            self.config.mechanics.kick(
+                &mut self.motion,
+                torque,
+                friction,
+                holds,
+                inertia_share,
+                step_s,
+            );
             self.acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
             self.friction_nm = friction;
         }

@@ -12,6 +12,38 @@ pub trait Contact: Send {
     fn holds_at_rest(&self) -> bool;
     /// Friction torque after a long time at constant velocity, N m.
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64;
+    /// The fastest rate of an inertia on it, where it is stiffer than what the axis was cut into steps for, 1/s.
+    fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
+        let _ = inertia_kg_m2;
+        0.0
+    }
+}
+
+/// Where the steady-state curve of a friction model lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Levels {
+    /// A speed just off rest, rad/s: the lowest quarter decade from 1 nrad/s at which the model slides.
+    pub creep_rad_s: f64,
+    /// Level at that speed, N m.
+    pub stiction_nm: f64,
+    /// Lowest level at any speed, N m: Coulomb friction, with what little of viscous friction the Stribeck fall leaves.
+    pub coulomb_nm: f64,
+}
+
+impl Levels {
+    /// Of a model.
+    pub fn of(contact: &dyn Contact) -> Self {
+        let speeds = (0..=48).map(|k| 1e-9 * 10_f64.powf(0.25 * f64::from(k)));
+        let mut levels = speeds
+            .map(|v| (v, contact.steady_state_nm(v).abs()))
+            .filter(|(_, level)| *level > 0.0);
+        let (creep_rad_s, stiction_nm) = levels.next().unwrap_or((1e-9, 0.0));
+        Self {
+            creep_rad_s,
+            stiction_nm,
+            coulomb_nm: levels.fold(stiction_nm, |low, (_, level)| low.min(level)),
+        }
+    }
 }
 
 struct Running<F: Friction<f64>> {
@@ -51,4 +83,28 @@ where
         model,
         state: F::State::default(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle_core::friction::karnopp::Karnopp;
+    use bristle_core::friction::stiction::GeneralStatic;
+    use bristle_core::stribeck::{Shape, Stribeck};
+
+    #[test]
+    fn levels_are_those_of_the_curve() {
+        let shape = Shape::Gaussian {
+            velocity_rad_s: 0.3,
+        };
+        let curve = Stribeck::new(0.020, 0.026, shape).unwrap();
+        let inner = contact(GeneralStatic::new(curve, 1e-4).unwrap());
+        let levels = Levels::of(inner.as_ref());
+        assert!((levels.stiction_nm - 0.026).abs() < 1e-12);
+        // At 3 v_s the fall is down to exp(-9) and viscous friction adds 1e-4.
+        assert!((levels.coulomb_nm - 0.020).abs() < 1.2e-4, "{levels:?}");
+        let band = contact(Karnopp::new(0.02, 0.03, 1e-4, 0.01).unwrap());
+        let levels = Levels::of(band.as_ref());
+        assert!(levels.creep_rad_s >= 0.01 && (levels.coulomb_nm - 0.02).abs() < 1e-5);
+    }
 }

@@ -94,6 +94,7 @@ fn two_inertias_ring_at_their_own_frequency() {
             inertia_kg_m2: load,
             stiffness_nm_rad: k,
             damping_nm_s_rad: 0.0,
+            gap_rad: 0.0,
         }),
     };
     let curve = Stribeck::constant(1e-12).unwrap();
@@ -128,6 +129,7 @@ fn friction_of_the_load_holds_a_rigid_limit() {
             inertia_kg_m2: 1.2623e-5,
             stiffness_nm_rad: 1e4,
             damping_nm_s_rad: 0.2,
+            gap_rad: 0.0,
         }),
     };
     let (two, one) = (sine(split), sine(config(400)));

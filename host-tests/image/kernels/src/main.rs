@@ -8,7 +8,7 @@
 mod ring;
 
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::observer::reduced_order::{self, System};
@@ -199,10 +199,13 @@ pub extern "C" fn kernel_controller(raw: u32, order: u32) -> u32 {
         drive_healthy: true,
         order: match order {
             1 => Some(Order::Request(Request::Arm)),
-            2 => Some(Order::Play(Experiment::Sine {
-                amplitude_nm: 0.035,
-                period_ticks: 10_000,
-            })),
+            2 => Some(Order::Play(
+                Experiment::Sine {
+                    amplitude_nm: 0.035,
+                    period_ticks: 10_000,
+                },
+                Bounds::open(u32::MAX),
+            )),
             3 => Some(Order::Request(Request::KeepAlive)),
             _ => None,
         },

@@ -1,7 +1,7 @@
 //! Counts the instructions of the tick and its pieces. Writes `docs/budgets.md`, or with `--check` compares with it.
 
 use bristle_core::command::Command;
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_image::budget::{self, Row};
 use bristle_image::host::Session;
 use bristle_image::{Image, against_c};
@@ -121,10 +121,13 @@ fn handler(here: &Path) -> Result<Row, String> {
         .ok_or("the image does not log")?;
     let mut session = Session::new(&image, &lines)?;
     session.arm()?;
-    session.ask(&Command::Play(Experiment::Sine {
-        amplitude_nm: 0.035,
-        period_ticks: 10_000,
-    }))?;
+    session.ask(&Command::Play(
+        Experiment::Sine {
+            amplitude_nm: 0.035,
+            period_ticks: 10_000,
+        },
+        Bounds::open(u32::MAX),
+    ))?;
     session.run(20_000).map_err(|e| format!("{e:?}"))?;
     let interrupt = bristle_image::names::interrupt("TIM7_DAC");
     Ok(Row {

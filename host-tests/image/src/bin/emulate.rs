@@ -10,7 +10,7 @@
 //! ```
 
 use bristle_core::command::Command;
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_image::Image;
 use bristle_image::host::{Session, TICKS_PER_S};
 use std::cell::RefCell;
@@ -60,7 +60,7 @@ fn run(image: &str, raw: &str, seconds: &str) -> Result<(), String> {
     let mut session = Session::new(&image, &lines)?;
     session.raw = Some(raw);
     session.arm()?;
-    session.ask(&Command::Play(SINE))?;
+    session.ask(&Command::Play(SINE, Bounds::open(u32::MAX)))?;
     session.keep = false;
     for _ in 0..seconds {
         session.run(TICKS_PER_S).map_err(|e| format!("{e:?}"))?;

@@ -1,7 +1,7 @@
 //! The experiment of the thesis, and what `core` makes of it on the host.
 
 use bristle_core::controller::{Controller, Input, Order};
-use bristle_core::experiment::Experiment;
+use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::parameters::BENCH;
 use bristle_core::supervisor::{Request, State};
 use bristle_core::trace::{FLAG_EXPERIMENT, Record};
@@ -24,7 +24,7 @@ pub fn on_the_host(records: &[Record], counts: &[u32]) -> Vec<Record> {
         let order = if Some(i) == arm {
             Some(Order::Request(Request::Arm))
         } else if Some(i) == play {
-            Some(Order::Play(SINE))
+            Some(Order::Play(SINE, Bounds::open(u32::MAX)))
         } else {
             // Only so that it does not time out; when they come makes no difference.
             (i % 500 == 0).then_some(Order::Request(Request::KeepAlive))

@@ -130,6 +130,7 @@ pub const KEYS: &[Key] = keys! {
     drive "lag_s" "lag_s" NotNegative lag_s,
     drive "torque_limit_nm" "force_limit_n" Positive torque_limit,
     drive "speed_limit_rad_s" "speed_limit_m_s" Positive speed_limit,
+    drive "travel_limit_rad" "travel_limit_m" Positive travel_limit,
     control "position_gain_1_s" "position_gain_1_s" NotNegative position_gain_1_s,
     control "velocity_gain_nm_s_rad" "velocity_gain_n_s_m" NotNegative velocity_gain,
     control "velocity_integral_1_s" "velocity_integral_1_s" NotNegative velocity_integral_1_s,

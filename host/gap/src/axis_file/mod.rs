@@ -5,7 +5,7 @@
 
 pub mod keys;
 mod parse;
-mod write;
+pub(crate) mod write;
 
 use bristle_plant::Unit;
 
@@ -89,6 +89,8 @@ pub struct Drive {
     pub torque_limit: Option<f64>,
     /// Fastest that the axis may move, rad/s or m/s.
     pub speed_limit: Option<f64>,
+    /// Furthest that the axis may move from where it stands, either way, rad or m.
+    pub travel_limit: Option<f64>,
     /// Samples from a value's calculation to its output.
     pub delay_samples: Option<u32>,
 }

@@ -4,13 +4,14 @@ use std::ops::Range as Span;
 use std::path::Path;
 
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::DeTable;
 
 use super::keys::{INERTIA, KEYS, MODEL, Range, SECTIONS, STRIBECK_SHAPE, canonical, find};
 use super::{AxisFile, EffectEntry, FrictionModel, StribeckShape};
 use crate::error::{InputError, quoted};
-use crate::input::{character_at, line_at, read_text};
+use crate::input::read_text;
 use crate::names::nearest;
+use crate::toml_text::{Key, Source, Value, kind};
 use bristle_plant::Unit;
 
 const EFFECT: &str = "effect";
@@ -30,43 +31,14 @@ impl AxisFile {
     /// # Errors
     /// As [`AxisFile::read`].
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, InputError> {
-        let source = Source {
-            path: path.as_ref(),
-            text,
-        };
-        let document = DeTable::parse(text).map_err(|error| {
-            let message = error.message().lines().collect::<Vec<_>>().join(", ");
-            source.wrong(
-                error.span().unwrap_or_default(),
-                format!("not TOML: {message}"),
-                "mend it; strings stand in quotes, a key stands once",
-            )
-        })?;
+        let source = Source::new(text, path.as_ref());
+        let document = source.document()?;
         source.file(document.get_ref())
     }
 }
 
-type Key<'a> = Spanned<DeString<'a>>;
-type Value<'a> = Spanned<DeValue<'a>>;
-
-/// The text being read, to say where in it something is wrong.
-struct Source<'a> {
-    path: &'a Path,
-    text: &'a str,
-}
-
+/// What an axis file needs of its text.
 impl Source<'_> {
-    fn wrong(
-        &self,
-        span: Span<usize>,
-        message: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> InputError {
-        InputError::new(self.path, message, remedy)
-            .at_line(line_at(self.text.as_bytes(), span.start))
-            .at_character(character_at(self.text.as_bytes(), span.start))
-    }
-
     fn file(&self, document: &DeTable<'_>) -> Result<AxisFile, InputError> {
         let mut file = self.inertia(document)?;
         for (name, value) in document {
@@ -134,20 +106,6 @@ impl Source<'_> {
         }
     }
 
-    fn table<'a, 'b>(
-        &self,
-        section: &str,
-        value: &'a Value<'b>,
-    ) -> Result<&'a DeTable<'b>, InputError> {
-        value.get_ref().as_table().ok_or_else(|| {
-            self.wrong(
-                value.span(),
-                format!("{section} is {}, not a section", kind(value)),
-                format!("write [{section}] on a line of its own, its keys below it"),
-            )
-        })
-    }
-
     fn key(
         &self,
         file: &mut AxisFile,
@@ -190,58 +148,6 @@ impl Source<'_> {
             }
         }
         Ok(())
-    }
-
-    fn number(&self, name: &str, value: &Value<'_>, range: Range) -> Result<f64, InputError> {
-        let number = match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            // From here to there as text: a whole number beyond 64 bits is still a fine float.
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
-                .ok()
-                .map(|whole| whole as f64),
-            _ => None,
-        };
-        match number {
-            Some(number) if range.holds(number) => Ok(number),
-            Some(number) => Err(self.wrong(
-                value.span(),
-                format!("{name} is {number:?}"),
-                format!("it must be {}", range.rule()),
-            )),
-            None => Err(self.wrong(
-                value.span(),
-                format!("{name} is {}", kind(value)),
-                format!("it must be {}", range.rule()),
-            )),
-        }
-    }
-
-    fn choice<T>(
-        &self,
-        key: &str,
-        value: &Value<'_>,
-        names: impl Iterator<Item = &'static str> + Clone,
-        from_name: fn(&str) -> Option<T>,
-    ) -> Result<T, InputError> {
-        let all = names.clone().collect::<Vec<_>>().join(", ");
-        let Some(text) = value.get_ref().as_str() else {
-            return Err(self.wrong(
-                value.span(),
-                format!("{key} is {}", kind(value)),
-                format!("it must be one of {all}, in quotes"),
-            ));
-        };
-        from_name(text).ok_or_else(|| {
-            self.wrong(
-                value.span(),
-                format!("unknown {key} {}", quoted(text)),
-                match nearest(text, names) {
-                    Some(near) => format!("did you mean \"{near}\"?"),
-                    None => format!("it must be one of {all}"),
-                },
-            )
-        })
     }
 
     /// Static friction below Coulomb friction has no meaning in any of the models.
@@ -360,17 +266,5 @@ impl Source<'_> {
             format!("unknown key {} in [{section}]", quoted(text)),
             remedy,
         )
-    }
-}
-
-/// A value's kind, for messages.
-fn kind(value: &Value<'_>) -> &'static str {
-    match value.get_ref() {
-        DeValue::String(_) => "a string",
-        DeValue::Integer(_) | DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "true or false",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "an array",
-        DeValue::Table(_) => "a table",
     }
 }

@@ -66,7 +66,7 @@ impl AxisFile {
 }
 
 /// The shortest form that reads back equal; without a point where the number is whole and short.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e9 && value.is_sign_positive() {
         format!("{value}")
     } else {
@@ -86,7 +86,7 @@ fn key(name: &str) -> String {
 }
 
 /// A TOML basic string.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {
         match c {

@@ -8,7 +8,7 @@ mod summary;
 mod write;
 
 pub use summary::{FaultSeen, LimitSeen, MOST_FAULTS, Summary};
-pub use write::{Position, header, write_row};
+pub use write::{Layout, Position};
 
 use bristle_core::status::{PROTOCOL_VERSION, Report};
 use bristle_core::supervisor::{Fault, Limit};

@@ -50,9 +50,13 @@ fn log_of(samples: &[Sample], position: Position) -> crate::Log {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     let mut bytes = Vec::new();
-    header(&mut bytes, position).unwrap();
+    let layout = Layout {
+        position,
+        ..Layout::FIRMWARE
+    };
+    layout.header(&mut bytes).unwrap();
     for sample in samples {
-        write_row(&mut bytes, position, sample).unwrap();
+        layout.row(&mut bytes, sample, None).unwrap();
     }
     std::fs::write(&path, bytes).unwrap();
     crate::Log::read(&path).unwrap()
@@ -274,7 +278,7 @@ proptest! {
             };
             capture.feed(&frame(&[record]), |sample| {
                 times.push(sample.time_s);
-                write_row(&mut rows, Position::Counts, sample)
+                Layout::FIRMWARE.row(&mut rows, sample, None)
             }).unwrap();
         }
         prop_assert!(times.windows(2).all(|pair| pair[0] < pair[1]));

@@ -133,80 +133,68 @@ impl<'a> Background<'a> {
 
     /// Values over the usual range: one size at a time, every combination of a few shapes.
     fn grid(&self, entry: &'static Entry) -> Vec<Vec<f64>> {
-        let ranges: Vec<[f64; 2]> = entry
-            .parameters
-            .iter()
-            .map(|p| (p.range)(self.scale))
+        let parameters = entry.parameters;
+        let range = |i: usize| (parameters[i].range)(self.scale);
+        let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);
+        let mut none: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        for size in of(Kind::Size) {
+            none[size] = 0.0;
+        }
+        let mut grid: Vec<Vec<f64>> = of(Kind::Size)
+            .flat_map(|size| {
+                let [low, high] = range(size);
+                let most = if high.abs() >= low.abs() { high } else { low };
+                [0.15, 0.6].map(|part| {
+                    let mut values = none.clone();
+                    values[size] = part * most;
+                    values
+                })
+            })
             .collect();
-        let mut whole = Vec::new();
-        for (size, parameter) in entry.parameters.iter().enumerate() {
-            if parameter.kind != Kind::Size {
+        if grid.is_empty() {
+            grid.push(none);
+        }
+        let shapes: Vec<usize> = of(Kind::Limit).chain(of(Kind::Shape)).collect();
+        for shape in shapes {
+            let [low, high] = range(shape);
+            if grid.len() * LEVELS > MOST_STARTS || high <= low {
                 continue;
             }
-            let mut first: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
-            for (i, p) in entry.parameters.iter().enumerate() {
-                if p.kind == Kind::Size {
-                    first[i] = 0.0;
-                }
-            }
-            let mut grid = Vec::new();
-            let [low, high] = ranges[size];
-            for part in [0.15, 0.6] {
-                let mut values = first.clone();
-                values[size] = if high.abs() >= low.abs() {
-                    part * high
-                } else {
-                    part * low
-                };
-                grid.push(values);
-            }
-            for (shape, p) in entry.parameters.iter().enumerate() {
-                if p.kind != Kind::Shape || grid.len() * LEVELS > MOST_STARTS {
-                    continue;
-                }
-                grid = grid
-                    .iter()
-                    .flat_map(|values| {
-                        levels(ranges[shape]).map(move |x| {
-                            let mut values = values.clone();
-                            values[shape] = x;
-                            values
-                        })
+            grid = grid
+                .iter()
+                .flat_map(|values| {
+                    levels([low, high]).map(move |x| {
+                        let mut values = values.clone();
+                        values[shape] = x;
+                        values
                     })
-                    .collect();
-            }
-            whole.extend(grid);
+                })
+                .collect();
         }
-        whole
+        grid
     }
 
-    /// The effect at these values, its size scaled to what fits best.
+    /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
     fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>) -> Option<Start> {
         let change = self.beyond(&self.change(entry, &values)?);
-        let rest = self.rest();
+        let slope = change.dot(&self.rest());
         let square = change.norm_squared();
         if square < 1e-9 {
             return None;
         }
-        let size = entry
-            .parameters
-            .iter()
-            .position(|p| p.kind == Kind::Size)
-            .and_then(|_| {
-                values
-                    .iter()
-                    .enumerate()
-                    .position(|(i, x)| entry.parameters[i].kind == Kind::Size && *x != 0.0)
-            })?;
-        let range = hard_range((entry.parameters[size].range)(self.scale));
-        let best = (-change.dot(&rest) / square).clamp(-10.0, 10.0);
-        let scaled = (best * values[size]).clamp(range[0], range[1]);
-        let factor = scaled / values[size];
-        values[size] = scaled;
+        let size =
+            (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
+        let factor = size.map_or(1.0, |size| {
+            let range = hard_range((entry.parameters[size].range)(self.scale));
+            let scaled = (-slope / square * values[size]).clamp(range[0], range[1]);
+            let factor = scaled / values[size];
+            values[size] = scaled;
+            factor
+        });
         Some(Start {
             values,
             phases: Vec::new(),
-            gain: -factor * (2.0 * change.dot(&rest) + factor * square),
+            gain: -factor * (2.0 * slope + factor * square),
         })
     }
 
@@ -366,17 +354,17 @@ impl<'a> Background<'a> {
                         .free
                         .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]))
                 }
-                Kind::Shape if logarithmic => {
+                Kind::Shape | Kind::Limit if logarithmic => {
                     let mut free = Free::about(owner, name, value, 0.25 * (high / low).ln(), hard);
                     free.center = 0.5 * (low.ln() + high.ln());
                     model.free.push(free);
                 }
-                Kind::Shape if high > low => {
+                Kind::Shape | Kind::Limit if high > low => {
                     let mut free = Free::linear(owner, name, value, 0.4 * (high - low), hard);
                     free.center = 0.5 * (low + high);
                     model.free.push(free);
                 }
-                Kind::Shape => {}
+                Kind::Shape | Kind::Limit | Kind::Seed => {}
             }
         }
         model
@@ -393,9 +381,10 @@ impl<'a> Background<'a> {
     ) -> Result<Option<(Model, Fit)>, InputError> {
         let mut best: Option<(Model, Fit)> = None;
         for start in starts {
-            let model = self.with(entry, start);
+            let mut model = self.with(entry, start);
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
+            model.scales_effort |= model.changes_gain(self.records, &from)?;
             let fit = crate::inverse::fit(&model, self.records, self.weights, from)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));

@@ -52,6 +52,7 @@ impl Model {
             believed: believed.clone(),
             effects,
             free,
+            scales_effort: false,
         })
     }
 }

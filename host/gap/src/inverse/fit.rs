@@ -7,10 +7,10 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
-/// Relative change of cost and coordinates at which a fit stands still: far below what noise moves them by.
-const STANDS_STILL: f64 = 1e-6;
+/// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
+const STANDS_STILL: f64 = 1e-4;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
-const PATIENCE: usize = 25;
+const PATIENCE: usize = 1;
 
 /// A fitted model.
 #[derive(Clone, Debug)]

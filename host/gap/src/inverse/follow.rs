@@ -5,9 +5,10 @@
 
 use super::record::{Record, Stretch};
 use bristle_core::friction::Motion as ContactMotion;
-use bristle_plant::contact::Contact;
+use bristle_plant::axis::rub;
+use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
-use bristle_plant::effect::{Coupling, Effect, Instant};
+use bristle_plant::effect::{Coupling, Effect, Instant, Plain};
 use bristle_plant::mechanics::Motion;
 
 /// An axis put together to be followed along one stretch.
@@ -28,6 +29,8 @@ pub struct Running {
     pub sensors: Option<MakeSensors>,
     /// How much later than recorded the effort acts, samples.
     pub skew_samples: f64,
+    /// The effort is taken as so many times what was recorded.
+    pub times: f64,
 }
 
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
@@ -53,7 +56,12 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
     let inertia = running.inertia_kg_m2;
     let mut contact = running.contact;
     let mut coupling = running.coupling;
-    for effect in &running.effects {
+    let plain = Plain {
+        inertia_kg_m2: inertia,
+        levels: Levels::of(contact.as_ref()),
+    };
+    for effect in &mut running.effects {
+        effect.begin(&plain);
         contact = effect.contact(contact);
         coupling = effect.coupling(inertia).or(coupling);
     }
@@ -84,7 +92,7 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
             load.as_ref().map_or((position_rad, v), |load| {
                 (load.position_rad, load.velocity_rad_s)
             });
-        let mut effort = later.at(&stretch.effort_nm, k);
+        let mut effort = running.times * later.at(&stretch.effort_nm, k);
         if record.commanded {
             drive.accept(effort);
             effort = drive.advance(step_s, keeps);
@@ -112,21 +120,16 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
                 torque -= (share - 1.0) * inertia * acceleration;
             }
         }
-        let mut friction = |v: f64, applied_nm: f64, dt_s: f64| {
-            let motion = ContactMotion {
-                velocity_rad_s: v,
-                applied_nm,
-                dt_s,
-            };
-            let mut friction = contact.step(motion);
-            for effect in &mut running.effects {
-                friction = effect.friction(&now, friction);
-            }
-            friction
-        };
         let opposed = match &mut load {
-            None => friction(v, torque - inertia * acceleration, step_s),
-            Some(load) => load.advance(smooth[k], v, step_s, &mut friction),
+            None => rub(
+                contact.as_mut(),
+                &mut running.effects,
+                &now,
+                torque - inertia * acceleration,
+            ),
+            Some(load) => load.advance(smooth[k], &now, |now, applied_nm| {
+                rub(contact.as_mut(), &mut running.effects, now, applied_nm)
+            }),
         };
         balance.push(torque - opposed);
     }
@@ -237,11 +240,13 @@ impl Load {
     fn advance(
         &mut self,
         motor_rad: f64,
-        motor_rad_s: f64,
-        step_s: f64,
-        friction: &mut impl FnMut(f64, f64, f64) -> f64,
+        now: &Instant,
+        mut friction: impl FnMut(&Instant, f64) -> f64,
     ) -> f64 {
-        let dt = step_s / f64::from(self.steps);
+        let motor_rad_s = now.motion.velocity_rad_s;
+        let mut now = *now;
+        let dt = now.step_s / f64::from(self.steps);
+        now.step_s = dt;
         let mut sum = 0.0;
         for i in 0..self.steps {
             let motor = motor_rad + (f64::from(i) + 0.5) * dt * motor_rad_s;
@@ -253,7 +258,9 @@ impl Load {
             } else {
                 0.0
             };
-            let opposed = friction(self.velocity_rad_s, torque, dt);
+            now.motion.load_position_rad = self.position_rad;
+            now.motion.load_velocity_rad_s = self.velocity_rad_s;
+            let opposed = friction(&now, torque);
             let before = self.velocity_rad_s;
             self.velocity_rad_s += dt / self.inertia_kg_m2 * (torque - opposed);
             if before * self.velocity_rad_s < 0.0 && torque.abs() <= opposed.abs() {

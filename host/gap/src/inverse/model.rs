@@ -150,7 +150,15 @@ pub struct Model {
     pub effects: Vec<Added>,
     /// What may move.
     pub free: Vec<Free>,
+    /// The effects change how much of the effort arrives, so that the rest is to be read in recorded effort. Otherwise an
+    /// effect would explain everything by making torque small.
+    pub scales_effort: bool,
 }
+
+/// Change of effort from which its gain is taken.
+const GAIN_STEP: f64 = 1e-3;
+/// Least part of the effort that must arrive.
+const LEAST_GAIN: f64 = 0.05;
 
 /// The values of a model at one point.
 pub struct Point {
@@ -226,13 +234,71 @@ impl Model {
     pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
         let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
+        let mut more = Vec::new();
         for (place, record) in records.iter().enumerate() {
+            let first = out.len();
             for stretch in &record.stretches {
-                left_over(record, stretch, point.running(record, place)?, &mut out);
+                left_over(
+                    record,
+                    stretch,
+                    point.running(record, place, 1.0)?,
+                    &mut out,
+                );
+            }
+            if !self.scales_effort {
+                continue;
+            }
+            more.clear();
+            for stretch in &record.stretches {
+                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
+                left_over(record, stretch, running, &mut more);
+            }
+            let gain = gain(record, &out[first..], &more).max(LEAST_GAIN);
+            for rest in &mut out[first..] {
+                *rest /= gain;
             }
         }
         Ok(out)
     }
+
+    /// Whether the effects change how much of the effort arrives at a point.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn changes_gain(&self, records: &[Record], at: &[f64]) -> Result<bool, InputError> {
+        let point = self.at(at);
+        for (place, record) in records.iter().enumerate() {
+            let (mut one, mut more) = (Vec::new(), Vec::new());
+            for stretch in &record.stretches {
+                left_over(
+                    record,
+                    stretch,
+                    point.running(record, place, 1.0)?,
+                    &mut one,
+                );
+                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
+                left_over(record, stretch, running, &mut more);
+            }
+            if (gain(record, &one, &more) - 1.0).abs() > 0.01 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// Part of a change of effort that arrives in the rest, by least squares over a record.
+fn gain(record: &Record, one: &[f64], more: &[f64]) -> f64 {
+    let efforts = record
+        .stretches
+        .iter()
+        .flat_map(|stretch| &stretch.effort_nodes_nm);
+    let (mut product, mut square) = (0.0, 0.0);
+    for ((effort, one), more) in efforts.zip(one).zip(more) {
+        product += (more - one) / GAIN_STEP * effort;
+        square += effort * effort;
+    }
+    if square > 0.0 { product / square } else { 1.0 }
 }
 
 impl Point {
@@ -246,7 +312,7 @@ impl Point {
         &self.effects
     }
 
-    fn running(&self, record: &Record, place: usize) -> Result<Running, InputError> {
+    fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
         let believed = &self.believed;
         let mut all = self.effects.clone();
         for &(effect, parameter, on, value) in &self.on_records {
@@ -289,6 +355,7 @@ impl Point {
                 make
             }),
             skew_samples: self.skew_s / record.step_s,
+            times,
         })
     }
 }

@@ -58,6 +58,8 @@ pub struct Stretch {
     pub velocity_rad_s: Vec<f64>,
     /// Samples that no one should fit.
     pub excluded: Vec<bool>,
+    /// Effort as the kernel sees it, a value a node, N m.
+    pub effort_nodes_nm: Vec<f64>,
 }
 
 impl Record {
@@ -124,6 +126,11 @@ impl Record {
             effort_noise_nm,
             believed.coulomb_nm,
         );
+        for stretch in &mut stretches {
+            let u = &stretch.effort_nm;
+            let mut pairs: Vec<f64> = (1..u.len() - 1).map(|k| 0.5 * (u[k - 1] + u[k])).collect();
+            kernel.apply(&mut pairs, &mut stretch.effort_nodes_nm);
+        }
         Ok(Self {
             name: log.file.display().to_string(),
             step_s,

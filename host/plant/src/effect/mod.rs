@@ -1,179 +1,84 @@
 //! Effects that a plain model leaves out. Each is one file with its parameters and its hooks; a new one is added to
 //! [`ALL`] and nowhere else.
 
-mod asymmetry;
-mod cogging;
-mod eccentricity;
-mod offset;
+mod actuator_cogging;
+mod actuator_deadzone;
+mod actuator_delay;
+mod actuator_gain;
+mod actuator_lag;
+mod actuator_ripple;
+mod actuator_saturation;
+mod actuator_voltage_limit;
+mod bristles;
+mod disturbance_periodic;
+mod friction_asymmetry;
+mod friction_dwell;
+mod friction_lag;
+mod friction_load;
+mod friction_nonlocal;
+mod friction_position;
+mod friction_presliding;
+mod friction_quadratic;
+mod friction_stribeck;
+mod friction_thermal;
+mod history;
+mod hook;
+mod mechanics_backlash;
+mod mechanics_compliance;
+mod mechanics_end_stop;
+mod mechanics_inertia_change;
+mod mechanics_offset;
+mod mechanics_spring;
+mod mechanics_unbalance;
+mod parameter;
+mod sensor_delay;
+mod sensor_eccentricity;
+mod sensor_jitter;
+mod sensor_lost_counts;
+mod sensor_quantization;
+#[cfg(test)]
+mod testing;
 
-use crate::contact::Contact;
-use crate::mechanics::Motion;
+pub use hook::{Coupling, Effect, Instant, Plain};
+pub use parameter::{Entry, Kind, Parameter, Scale};
+
 use crate::unit::Unit;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// What an effect sees of a step, or of a sample in [`Effect::sensor`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Instant {
-    /// s
-    pub time_s: f64,
-    /// s
-    pub step_s: f64,
-    /// Positions and velocities; in `sensor`, the motor position as the effects before this one left it.
-    pub motion: Motion,
-    /// Acceleration of the motor in the step before, rad/s^2.
-    pub acceleration_rad_s2: f64,
-    /// Torque on the rotor as the effects before this one left it, N m; in `actuator` of the first effect, what the
-    /// drive puts out.
-    pub torque_nm: f64,
-}
-
-/// Where an effect takes hold. Every hook passes on what it does not change.
-///
-/// The hooks serve two users: the simulated axis, and a record that is followed backwards, where motion is measured and
-/// torque is what is asked for. So a hook depends on what it is given and on its own past, not on who calls it.
-pub trait Effect: Send {
-    /// Torque that reaches the rotor, N m.
-    fn actuator(&mut self, now: &Instant) -> f64 {
-        now.torque_nm
-    }
-
-    /// Torque added on the rotor, N m.
-    fn mechanics(&mut self, now: &Instant) -> f64 {
-        let _ = now;
-        0.0
-    }
-
-    /// Inertia as a share of the believed one.
-    fn inertia(&mut self, now: &Instant) -> f64 {
-        let _ = now;
-        1.0
-    }
-
-    /// Friction torque, N m.
-    fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
-        let _ = now;
-        friction_nm
-    }
-
-    /// Motor position as the sensor sees it, rad.
-    fn sensor(&mut self, now: &Instant) -> f64 {
-        now.motion.position_rad
-    }
-
-    /// The friction model with the effect in it, for effects that change its state and not only its torque.
-    fn contact(&self, inner: Box<dyn Contact>) -> Box<dyn Contact> {
-        inner
-    }
-
-    /// What takes part of the inertia off the motor, given the whole of it.
-    fn coupling(&self, inertia_kg_m2: f64) -> Option<Coupling> {
-        let _ = inertia_kg_m2;
-        None
-    }
-}
-
-/// A part of the inertia behind a spring, a damper and a play.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coupling {
-    /// Inertia behind it as a share of the whole, above 0 and below 1.
-    pub load_share: f64,
-    /// N m/rad
-    pub stiffness_nm_rad: f64,
-    /// N m s/rad
-    pub damping_nm_s_rad: f64,
-    /// Whole width of the play, rad.
-    pub gap_rad: f64,
-}
-
-/// The size of an axis and of its records, from which the usual range of a parameter follows. A linear axis reads m for
-/// rad and N for N m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    /// Rotary or linear.
-    pub unit: Unit,
-    /// F_C.
-    pub coulomb_nm: f64,
-    /// All of it.
-    pub inertia_kg_m2: f64,
-    /// Stribeck velocity.
-    pub stribeck_velocity_rad_s: f64,
-    /// Bristle deflection in slow sliding.
-    pub z_ss_rad: f64,
-    /// Highest speed on record.
-    pub top_speed_rad_s: f64,
-    /// Highest torque on record.
-    pub top_torque_nm: f64,
-    /// Lowest position on record.
-    pub lowest_rad: f64,
-    /// Highest position on record.
-    pub highest_rad: f64,
-    /// Length of the longest record.
-    pub duration_s: f64,
-    /// Length of a sample.
-    pub sample_time_s: f64,
-    /// Travel of an encoder count.
-    pub rad_per_count: f64,
-}
-
-/// What role a parameter plays, for whoever searches for its value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// At zero the effect is not there, and near zero it grows in proportion.
-    Size,
-    /// Waves a turn, or a metre: a whole number on a rotary axis.
-    Order,
-    /// Phase of a wave, rad.
-    Phase,
-    /// Frequency of a wave, Hz.
-    Frequency,
-    /// Anything else: times, speeds, exponents, places.
-    Shape,
-}
-
-/// A parameter of an effect.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    /// Name with its unit on a rotary axis.
-    pub name: &'static str,
-    /// Name with its unit on a linear axis.
-    pub linear_name: &'static str,
-    /// Value where none is given.
-    pub default: f64,
-    /// Its role.
-    pub kind: Kind,
-    /// Usual lowest and highest value on an axis of a size: a prior, not a limit. With both above zero it spans them
-    /// evenly in the logarithm.
-    pub range: fn(&Scale) -> [f64; 2],
-}
-
-impl Parameter {
-    /// Its name on an axis.
-    pub fn name(&self, unit: Unit) -> &'static str {
-        match unit {
-            Unit::Rotary => self.name,
-            Unit::Linear => self.linear_name,
-        }
-    }
-}
-
-/// An effect by its id: what it takes, and how it is made from values in the order of its parameters for a rotary axis
-/// or a linear one.
-pub struct Entry {
-    /// Id, block and name.
-    pub id: &'static str,
-    /// What it takes.
-    pub parameters: &'static [Parameter],
-    /// Makes it.
-    pub build: fn(&[f64], Unit) -> Box<dyn Effect>,
-}
-
 /// Every effect there is.
 pub const ALL: &[Entry] = &[
-    asymmetry::ENTRY,
-    cogging::ENTRY,
-    eccentricity::ENTRY,
-    offset::ENTRY,
+    actuator_cogging::ENTRY,
+    actuator_deadzone::ENTRY,
+    actuator_delay::ENTRY,
+    actuator_gain::ENTRY,
+    actuator_lag::ENTRY,
+    actuator_ripple::ENTRY,
+    actuator_saturation::ENTRY,
+    actuator_voltage_limit::ENTRY,
+    disturbance_periodic::ENTRY,
+    friction_asymmetry::ENTRY,
+    friction_dwell::ENTRY,
+    friction_lag::ENTRY,
+    friction_load::ENTRY,
+    friction_nonlocal::ENTRY,
+    friction_position::ENTRY,
+    friction_presliding::ENTRY,
+    friction_quadratic::ENTRY,
+    friction_stribeck::ENTRY,
+    friction_thermal::ENTRY,
+    mechanics_backlash::ENTRY,
+    mechanics_compliance::ENTRY,
+    mechanics_end_stop::ENTRY,
+    mechanics_inertia_change::ENTRY,
+    mechanics_offset::ENTRY,
+    mechanics_spring::ENTRY,
+    mechanics_unbalance::ENTRY,
+    sensor_delay::ENTRY,
+    sensor_eccentricity::ENTRY,
+    sensor_jitter::ENTRY,
+    sensor_lost_counts::ENTRY,
+    sensor_quantization::ENTRY,
 ];
 
 /// A name that no effect or parameter has, or a value that is no number.
@@ -243,12 +148,167 @@ pub fn build(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Contact;
+
+    const UNITS: [Unit; 2] = [Unit::Rotary, Unit::Linear];
+
+    fn scale(unit: Unit) -> Scale {
+        Scale {
+            unit,
+            coulomb_nm: 0.02,
+            inertia_kg_m2: 1e-4,
+            stribeck_velocity_rad_s: 0.3,
+            z_ss_rad: 2e-3,
+            top_speed_rad_s: 4.0,
+            top_torque_nm: 0.05,
+            lowest_rad: -1.0,
+            highest_rad: 2.0,
+            duration_s: 10.0,
+            sample_time_s: 1e-3,
+            rad_per_count: 1e-6,
+        }
+    }
+
+    /// Sine torque through stick, sliding and reversal, and what comes out to the last bit.
+    fn run(contact: Box<dyn Contact>, effects: Vec<Box<dyn Effect>>) -> Vec<[u64; 3]> {
+        let mut axis = testing::axis(contact, effects);
+        let sample = |k: i32| {
+            let reading = axis.advance(0.05 * (0.02 * f64::from(k)).sin());
+            let truth = axis.truth();
+            [
+                truth.motion.position_rad.to_bits(),
+                truth.motion.load_velocity_rad_s.to_bits(),
+                reading.counts.cast_unsigned(),
+            ]
+        };
+        (0..1000).map(sample).collect()
+    }
 
     #[test]
-    fn ids_are_unique_and_every_effect_builds_from_nothing() {
+    fn ids_are_unique_and_start_with_a_block() {
+        let blocks = ["friction", "mechanics", "actuator", "sensor", "disturbance"];
         for (i, entry) in ALL.iter().enumerate() {
             assert!(ALL[..i].iter().all(|other| other.id != entry.id));
-            assert!(build(entry.id, &BTreeMap::new(), Unit::Rotary).is_ok());
+            assert!(blocks.contains(&entry.block()), "{}", entry.id);
+            assert!(!entry.model.is_empty() && !entry.model.contains('\n'));
+        }
+    }
+
+    #[test]
+    fn parameters_have_roles_defaults_and_ranges() {
+        for entry in ALL {
+            let kinds = entry.parameters.iter().map(|p| p.kind);
+            let sizes = kinds.filter(|kind| matches!(kind, Kind::Size | Kind::Limit));
+            assert!(sizes.count() > 0, "{}", entry.id);
+            for p in entry.parameters {
+                let name = format!("{} {}", entry.id, p.name);
+                if matches!(p.kind, Kind::Size | Kind::Limit) {
+                    assert_eq!(p.default, 0.0, "{name}");
+                }
+                // A unit of the other kind of axis has no place in a name.
+                assert!(
+                    !p.linear_name.contains("rad") || p.name == p.linear_name,
+                    "{name}"
+                );
+                assert!(
+                    !p.linear_name.ends_with("_nm") && !p.name.ends_with("_m"),
+                    "{name}"
+                );
+                for unit in UNITS {
+                    let [low, high] = (p.range)(&scale(unit));
+                    assert!(low.is_finite() && high.is_finite() && low <= high, "{name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_effect_of_no_size_leaves_every_bit() {
+        for model in [testing::coulomb, testing::bristles] {
+            let plain = run(model(), Vec::new());
+            for entry in ALL {
+                for unit in UNITS {
+                    let effect = build(entry.id, &BTreeMap::new(), unit).unwrap();
+                    assert!(run(model(), vec![effect]) == plain, "{}", entry.id);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_effect_of_usual_size_changes_the_axis_and_stays_finite() {
+        for model in [testing::coulomb, testing::bristles] {
+            let plain = run(model(), Vec::new());
+            for entry in ALL {
+                let scale = scale(Unit::Rotary);
+                let mut changes = 0;
+                for end in 0..2 {
+                    let values: Vec<f64> = entry
+                        .parameters
+                        .iter()
+                        .map(|p| (p.range)(&scale)[end])
+                        .collect();
+                    let changed = run(model(), vec![(entry.build)(&values, Unit::Rotary)]);
+                    let finite = |row: &[u64; 3]| f64::from_bits(row[0]).abs() < 100.0;
+                    assert!(changed.iter().all(finite), "{} at {values:?}", entry.id);
+                    changes += i32::from(changed != plain);
+                }
+                // A limit that is not reached and a payload that comes too late are at one of the ends.
+                assert!(changes > 0, "{}", entry.id);
+            }
+        }
+    }
+
+    #[test]
+    fn hooks_bear_steps_of_a_whole_sample_along_a_record() {
+        // Measured motion at 500 Hz, as a record is followed backwards: sliding, a stop, noise at rest.
+        for entry in ALL {
+            let scale = scale(Unit::Rotary);
+            let values: Vec<f64> = entry
+                .parameters
+                .iter()
+                .map(|p| (p.range)(&scale)[1])
+                .collect();
+            let mut effect = (entry.build)(&values, Unit::Rotary);
+            effect.begin(&testing::PLAIN);
+            let mut contact = effect.contact(testing::coulomb());
+            for k in 0..2000 {
+                let time_s = f64::from(k) * 2e-3;
+                let v = if k < 1000 {
+                    5.0 * (3.0 * time_s).sin()
+                } else {
+                    f64::from(k % 3 - 1)
+                };
+                let now = Instant {
+                    time_s,
+                    step_s: 2e-3,
+                    acceleration_rad_s2: 15.0 * (3.0 * time_s).cos(),
+                    torque_nm: 0.04 * (3.0 * time_s).sin(),
+                    ..testing::at(time_s.sin(), v)
+                };
+                let friction = contact.step(bristle_core::friction::Motion {
+                    velocity_rad_s: v,
+                    applied_nm: now.torque_nm,
+                    dt_s: now.step_s,
+                });
+                let torque = effect.actuator(&now) + effect.mechanics(&now);
+                let needed =
+                    effect.inertia(&now) * testing::PLAIN.inertia_kg_m2 * now.acceleration_rad_s2
+                        + effect.friction(&now, friction)
+                        - torque;
+                // An end stop that a record passes through asks for more; all others for what an axis has.
+                let most = if entry.id == "mechanics.end_stop" {
+                    1e5
+                } else {
+                    2.0
+                };
+                assert!(needed.abs() < most, "{} at {time_s}: {needed}", entry.id);
+                assert!(
+                    (effect.sensor(&now) - time_s.sin()).abs() < 0.1,
+                    "{}",
+                    entry.id
+                );
+            }
         }
     }
 

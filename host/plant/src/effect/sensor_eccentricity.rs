@@ -1,12 +1,15 @@
-//! Eccentric code disc: the sensor reads q + A sin(q + p). On a linear axis the error repeats every metre.
+//! Eccentric code disc: the sensor reads too much on one side of the turn and too little on the other.
+//!
+//! q + A sin(n q + p). On a linear axis n is the turns of its screw in a metre.
+//!
+//! Source: Kaul, Tiwari, "Error modeling of optical incremental encoders" and makers' notes: A = eccentricity/radius.
 
 use super::{Effect, Entry, Instant, Kind, Parameter};
-use crate::unit::Unit;
 
 struct Eccentricity {
     amplitude_rad: f64,
-    phase_rad: f64,
     wave_rad: f64,
+    phase_rad: f64,
 }
 
 impl Effect for Eccentricity {
@@ -18,30 +21,19 @@ impl Effect for Eccentricity {
 
 pub(super) const ENTRY: Entry = Entry {
     id: "sensor.eccentricity",
+    model: "q + A sin(n q + p)",
     parameters: &[
-        Parameter {
-            name: "amplitude_rad",
-            linear_name: "amplitude_m",
-            default: 0.0,
-            kind: Kind::Size,
-            range: |scale| match scale.unit {
-                Unit::Rotary => [0.0, 0.03],
-                Unit::Linear => [0.0, 1e-3],
-            },
-        },
-        Parameter {
-            name: "phase_rad",
-            linear_name: "phase_rad",
-            default: 0.0,
-            kind: Kind::Phase,
-            range: |_| [-std::f64::consts::PI, std::f64::consts::PI],
-        },
+        Parameter::new(["amplitude_rad", "amplitude_m"], Kind::Size, |scale| {
+            scale.either([0.0, 0.03], [0.0, 1e-3])
+        }),
+        Parameter::TURN,
+        Parameter::PHASE,
     ],
     build: |values, unit| {
         Box::new(Eccentricity {
             amplitude_rad: values[0],
-            phase_rad: values[1],
-            wave_rad: unit.wave_rad(1.0),
+            wave_rad: unit.wave_rad(values[1]),
+            phase_rad: values[2],
         })
     },
 };
@@ -49,10 +41,11 @@ pub(super) const ENTRY: Entry = Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::unit::Unit;
 
     #[test]
     fn is_once_a_turn() {
-        let mut effect = (ENTRY.build)(&[1e-3, 0.0], Unit::Rotary);
+        let mut effect = (ENTRY.build)(&[1e-3, 1.0, 0.0], Unit::Rotary);
         let mut error = |q: f64| {
             let mut now = Instant::default();
             now.motion.position_rad = q;

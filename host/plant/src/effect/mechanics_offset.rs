@@ -1,4 +1,8 @@
 //! A constant torque: gravity, or an amplifier that is off zero.
+//!
+//! tau + torque_nm.
+//!
+//! Source: Janot, Gautier, Brunot, "Data Set and Reference Models of EMPS", 2019, eq. 2 (the offset of its force).
 
 use super::{Effect, Entry, Instant, Kind, Parameter};
 
@@ -14,13 +18,12 @@ impl Effect for Offset {
 
 pub(super) const ENTRY: Entry = Entry {
     id: "mechanics.offset",
-    parameters: &[Parameter {
-        name: "torque_nm",
-        linear_name: "force_n",
-        default: 0.0,
-        kind: Kind::Size,
-        range: |scale| [-0.6 * scale.coulomb_nm, 0.6 * scale.coulomb_nm],
-    }],
+    model: "tau + torque",
+    parameters: &[Parameter::new(
+        ["torque_nm", "force_n"],
+        Kind::Size,
+        |scale| [-0.6 * scale.coulomb_nm, 0.6 * scale.coulomb_nm],
+    )],
     build: |values, _| {
         Box::new(Offset {
             torque_nm: values[0],

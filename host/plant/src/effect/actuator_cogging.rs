@@ -1,4 +1,8 @@
-//! Cogging: A sin(n q + p), a torque of the rotor's angle alone, there with and without current.
+//! Cogging: a torque of the rotor's angle alone, there with and without current.
+//!
+//! u + A sin(n q + p), n a multiple of slots or poles. Several orders are several effects.
+//!
+//! Source: Hanselman, "Brushless Permanent Magnet Motor Design", 2nd ed., ch. 5.
 
 use super::{Effect, Entry, Instant, Kind, Parameter};
 
@@ -17,28 +21,13 @@ impl Effect for Cogging {
 
 pub(super) const ENTRY: Entry = Entry {
     id: "actuator.cogging",
+    model: "u + A sin(n q + p)",
     parameters: &[
-        Parameter {
-            name: "amplitude_nm",
-            linear_name: "amplitude_n",
-            default: 0.0,
-            kind: Kind::Size,
-            range: |scale| [0.0, 0.5 * scale.coulomb_nm],
-        },
-        Parameter {
-            name: "order_per_rev",
-            linear_name: "order_per_m",
-            default: 1.0,
-            kind: Kind::Order,
-            range: |_| [1.0, 200.0],
-        },
-        Parameter {
-            name: "phase_rad",
-            linear_name: "phase_rad",
-            default: 0.0,
-            kind: Kind::Phase,
-            range: |_| [-std::f64::consts::PI, std::f64::consts::PI],
-        },
+        Parameter::new(["amplitude_nm", "amplitude_n"], Kind::Size, |scale| {
+            [0.0, 0.5 * scale.coulomb_nm]
+        }),
+        Parameter::ORDER,
+        Parameter::PHASE,
     ],
     build: |values, unit| {
         Box::new(Cogging {

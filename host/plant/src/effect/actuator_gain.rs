@@ -1,0 +1,62 @@
+//! A torque constant that is off, and one that falls as the iron saturates.
+//!
+//! tau = (1 + e) u/(1 + f |u|). The share e alone cannot be told from a common factor on inertia and friction without a
+//! torque sensor.
+//!
+//! Source: Hendershot, Miller, "Design of Brushless Permanent-Magnet Machines", Motor Design Books, 2010, ch. 7 (torque
+//! per ampere under saturation), to first order in u.
+
+use super::{Effect, Entry, Instant, Kind, Parameter};
+
+struct Gain {
+    share: f64,
+    fall_1_nm: f64,
+}
+
+impl Effect for Gain {
+    fn actuator(&mut self, now: &Instant) -> f64 {
+        let u = now.torque_nm;
+        (1.0 + self.share) * u / (1.0 + self.fall_1_nm * u.abs())
+    }
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    id: "actuator.gain",
+    model: "(1 + e) u/(1 + f |u|)",
+    parameters: &[
+        Parameter::same("share", Kind::Size, |_| [-0.15, 0.15]),
+        Parameter::new(["fall_1_nm", "fall_1_n"], Kind::Size, |scale| {
+            [0.0, 0.3 / scale.top_torque_nm]
+        }),
+    ],
+    build: |values, _| {
+        Box::new(Gain {
+            share: values[0],
+            fall_1_nm: values[1].max(0.0),
+        })
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::unit::Unit;
+
+    fn per_command(share: f64, fall_1_nm: f64, torque_nm: f64) -> f64 {
+        let mut effect = (ENTRY.build)(&[share, fall_1_nm], Unit::Rotary);
+        let now = Instant {
+            torque_nm,
+            ..Instant::default()
+        };
+        effect.actuator(&now) / torque_nm
+    }
+
+    #[test]
+    fn is_in_proportion_and_falls_with_torque_either_way() {
+        assert!((per_command(0.1, 0.0, 0.01) - 1.1).abs() < 1e-15);
+        assert!((per_command(0.1, 0.0, -5.0) - 1.1).abs() < 1e-15);
+        assert!((per_command(0.0, 0.1, 1e-9) - 1.0).abs() < 1e-9);
+        assert!((per_command(0.0, 0.1, 2.0) - 1.0 / 1.2).abs() < 1e-15);
+        assert!((per_command(0.0, 0.1, -2.0) - 1.0 / 1.2).abs() < 1e-15);
+    }
+}

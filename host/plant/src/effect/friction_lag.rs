@@ -1,0 +1,160 @@
+//! Friction whose level follows velocity late, as the lubricant film does.
+//!
+//! F G(|v(t - T)|)/G(|v|), with G the steady-state level. The sign does not lag: it would do work on the axis at each
+//! reversal and no stick would hold. A record that says otherwise has `reversal_share`, the share of T by which the
+//! velocity that the whole model sees is late.
+//!
+//! Source: Hess, Soom, "Friction at a lubricated line contact operating at oscillating sliding velocities", ASME J.
+//! Tribology 112(1), 1990; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 11.
+
+use super::history::History;
+use super::{Effect, Entry, Kind, Parameter};
+use crate::contact::{Contact, Levels};
+use bristle_core::friction::Motion;
+
+struct Lag {
+    lag_s: f64,
+    reversal_s: f64,
+}
+
+struct Lagging {
+    inner: Box<dyn Contact>,
+    creep_rad_s: f64,
+    time_s: f64,
+    reversal: Option<History>,
+    level: History,
+}
+
+impl Lagging {
+    fn level_nm(&self, velocity_rad_s: f64) -> f64 {
+        let speed = velocity_rad_s.abs().max(self.creep_rad_s);
+        self.inner.steady_state_nm(speed)
+    }
+}
+
+impl Effect for Lag {
+    fn contact(&self, inner: Box<dyn Contact>) -> Box<dyn Contact> {
+        if self.lag_s <= 0.0 {
+            return inner;
+        }
+        Box::new(Lagging {
+            creep_rad_s: Levels::of(inner.as_ref()).creep_rad_s,
+            inner,
+            time_s: 0.0,
+            reversal: (self.reversal_s > 0.0).then(|| History::new(self.reversal_s)),
+            level: History::new(self.lag_s),
+        })
+    }
+}
+
+impl Contact for Lagging {
+    fn step(&mut self, motion: Motion<f64>) -> f64 {
+        self.time_s += motion.dt_s;
+        let v = motion.velocity_rad_s;
+        let seen = match &mut self.reversal {
+            Some(history) => history.mean(self.time_s, v),
+            None => v,
+        };
+        let delayed = self.level.mean(self.time_s, v);
+        let friction = self.inner.step(Motion {
+            velocity_rad_s: seen,
+            ..motion
+        });
+        let now = self.level_nm(seen);
+        if now > 0.0 {
+            friction * self.level_nm(delayed) / now
+        } else {
+            friction
+        }
+    }
+
+    fn deflection_rad(&self) -> f64 {
+        self.inner.deflection_rad()
+    }
+
+    fn holds_at_rest(&self) -> bool {
+        self.inner.holds_at_rest()
+    }
+
+    fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
+        self.inner.steady_state_nm(velocity_rad_s)
+    }
+
+    fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
+        self.inner.fastest_rate_1_s(inertia_kg_m2)
+    }
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    id: "friction.lag",
+    model: "F G(|v(t - T)|)/G(|v|)",
+    parameters: &[
+        Parameter::same("lag_s", Kind::Size, |_| [1e-3, 5e-2]),
+        Parameter::same("reversal_share", Kind::Shape, |_| [0.0, 1.0]),
+    ],
+    build: |values, _| {
+        Box::new(Lag {
+            lag_s: values[0],
+            reversal_s: values[0] * values[1].clamp(0.0, 1.0),
+        })
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+    use crate::unit::Unit;
+    use std::f64::consts::TAU;
+
+    /// Friction over one period of v = 2 + sin at 5 Hz, after one to settle, against velocity of a time before.
+    fn worst(lag_s: f64, reversal_share: f64, step_s: f64, against_s: f64) -> f64 {
+        let effect = (ENTRY.build)(&[lag_s, reversal_share], Unit::Rotary);
+        let mut contact = effect.contact(testing::viscous(0.01));
+        let v = |t: f64| 2.0 + (TAU * 5.0 * t).sin();
+        let mut worst = 0.0_f64;
+        for k in 0..(0.4 / step_s) as i32 {
+            let t = f64::from(k) * step_s;
+            let friction = contact.step(Motion {
+                velocity_rad_s: v(t),
+                applied_nm: 0.0,
+                dt_s: step_s,
+            });
+            if t > 0.2 {
+                worst = worst.max((friction - 0.02 - 0.01 * v(t - against_s)).abs());
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn follows_velocity_late_in_steps_of_any_length() {
+        for step_s in [1e-5, 1e-4, 2e-3] {
+            let error = worst(0.0125, 0.0, step_s, 0.0125);
+            // Linear between steps: (w h)^2/8 of 0.01, where the delay falls between two.
+            let limit = 0.01 * (TAU * 5.0 * step_s).powi(2) / 8.0 + 1e-6;
+            assert!(error < limit, "{step_s}: {error:e}");
+            assert!(worst(0.0125, 0.0, step_s, 0.0) > 1e-3);
+        }
+    }
+
+    #[test]
+    fn turns_with_velocity_unless_told_otherwise() {
+        for (share, expected) in [(0.0, -1.0), (1.0, 1.0)] {
+            let effect = (ENTRY.build)(&[0.02, share], Unit::Rotary);
+            let mut contact = effect.contact(testing::coulomb());
+            let mut step = |velocity_rad_s| {
+                contact.step(Motion {
+                    velocity_rad_s,
+                    applied_nm: 0.0,
+                    dt_s: 1e-3,
+                })
+            };
+            for _ in 0..50 {
+                step(1.0);
+            }
+            let after = (0..10).map(|_| step(-1.0)).last().unwrap();
+            assert_eq!(after.signum(), expected);
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Presliding by elasto-plastic bristles, on an axis whose friction model is static.
+//!
+//! F = s level(v) + viscous, s the share of the level that bristles of deflection z_ss carry: the elasto-plastic model of
+//! `core` with a level of one, and a damping of d times its stiffness. Where the model has bristles, their z_ss adds up.
+//!
+//! Source: Dupont, Hayward, Armstrong, Altpeter, "Single state elastoplastic friction models", IEEE TAC 47(5), 2002.
+
+use super::bristles::{Bristles, OnBristles};
+use super::{Effect, Entry, Kind, Parameter};
+use crate::contact::Contact;
+use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
+use bristle_core::stribeck::Stribeck;
+
+struct Presliding {
+    z_ss_rad: f64,
+    breakaway_ratio: f64,
+    damping_s: f64,
+}
+
+struct Elastic {
+    model: ElastoPlastic<f64, Stribeck<f64>>,
+    state: elasto_plastic::State<f64>,
+}
+
+impl Presliding {
+    /// None for numbers that the model cannot take, such as a deflection below a picometre.
+    fn bristles(&self, z_ss_rad: f64) -> Option<Elastic> {
+        let stiffness = 1.0 / z_ss_rad;
+        let damping = stiffness * self.damping_s;
+        let curve = Stribeck::constant(1.0).ok()?;
+        let model =
+            ElastoPlastic::new(curve, stiffness, damping, 0.0, self.breakaway_ratio).ok()?;
+        Some(Elastic {
+            model,
+            state: elasto_plastic::State::default(),
+        })
+    }
+}
+
+impl Effect for Presliding {
+    fn contact(&self, inner: Box<dyn Contact>) -> Box<dyn Contact> {
+        if self.bristles(self.z_ss_rad).is_none() {
+            return inner;
+        }
+        OnBristles::wrap(inner, |z_rad| self.bristles(z_rad + self.z_ss_rad))
+    }
+}
+
+impl Bristles for Option<Elastic> {
+    fn share(&mut self, motion: &Motion<f64>) -> f64 {
+        match self {
+            Some(elastic) => elastic.model.step(&mut elastic.state, *motion),
+            None => motion.velocity_rad_s.clamp(-1.0, 1.0),
+        }
+    }
+
+    fn deflection_rad(&self) -> f64 {
+        self.as_ref().map_or(0.0, |elastic| elastic.state.z_rad)
+    }
+
+    fn slopes(&self) -> [f64; 2] {
+        self.as_ref().map_or([0.0; 2], |elastic| {
+            let model = &elastic.model;
+            [model.stiffness_nm_rad(), model.damping_nm_s_rad()]
+        })
+    }
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    id: "friction.presliding",
+    model: "F with s(z) for sgn(v), dz/dt = v (1 - alpha(z, v) |z|/z_ss)",
+    parameters: &[
+        Parameter::new(["z_ss_rad", "z_ss_m"], Kind::Size, |scale| {
+            scale.either([1e-3, 2e-2], [1e-6, 1e-4])
+        }),
+        Parameter::same("breakaway_ratio", Kind::Shape, |_| [0.0, 0.9]).or(0.7),
+        Parameter::same("damping_s", Kind::Shape, |_| [1e-4, 1e-2]).or(1e-3),
+    ],
+    build: |values, _| {
+        Box::new(Presliding {
+            z_ss_rad: values[0].abs(),
+            breakaway_ratio: values[1].clamp(0.0, 0.99),
+            damping_s: values[2].max(0.0),
+        })
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+    use crate::unit::Unit;
+
+    fn at(velocity_rad_s: f64) -> Motion<f64> {
+        Motion {
+            velocity_rad_s,
+            applied_nm: 0.0,
+            dt_s: 2e-3,
+        }
+    }
+
+    #[test]
+    fn is_a_spring_up_to_break_away_and_the_model_in_sliding() {
+        let effect = (ENTRY.build)(&[1e-2, 0.5, 0.0], Unit::Rotary);
+        let mut contact = effect.contact(testing::viscous(1e-3));
+        assert!(!contact.holds_at_rest());
+        // 1 mrad a step: friction is 0.02 N m of each 10 mrad up to half of that.
+        for k in 1..=5 {
+            let friction = contact.step(at(0.5));
+            let viscous = 0.5e-3;
+            assert!(
+                (friction - 0.002 * f64::from(k)).abs() <= viscous + 1e-12,
+                "{friction}"
+            );
+        }
+        for _ in 0..1000 {
+            contact.step(at(0.5));
+        }
+        assert!((contact.step(at(0.5)) - 0.0205).abs() < 1e-12);
+        // Back by 1 mrad: the spring gives way by a tenth of the level, where a static model has turned round.
+        let back = contact.step(at(-0.5));
+        assert!((back - 0.018).abs() < 1e-3, "{back}");
+    }
+
+    #[test]
+    fn adds_to_bristles_that_are_there() {
+        let effect = (ENTRY.build)(&[2e-3, 0.7, 0.0], Unit::Rotary);
+        let mut contact = effect.contact(testing::bristles());
+        for _ in 0..1000 {
+            contact.step(at(1.0));
+        }
+        // 0.02 N m/10 N m/rad and 2 mrad.
+        assert!((contact.deflection_rad() - 4e-3).abs() < 1e-9);
+    }
+}
