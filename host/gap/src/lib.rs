@@ -9,6 +9,8 @@ pub mod capture;
 pub mod diagnose;
 pub mod error;
 pub mod experiments;
+pub mod floor;
+pub mod hygiene;
 pub mod identify;
 mod input;
 pub mod inverse;
@@ -21,6 +23,7 @@ pub mod report;
 pub mod run;
 pub mod signal;
 pub mod simulate;
+pub mod stretch;
 mod toml_text;
 
 pub use axis_file::AxisFile;

@@ -53,3 +53,48 @@ fn real_records_read_and_write() {
         assert_eq!(again, log);
     }
 }
+
+#[test]
+fn train_record_is_sound_and_its_floor_comes_from_repeats() {
+    let axes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes");
+    let axis = AxisFile::read(axes.join("emps.toml")).unwrap();
+    let Some(path) = record("emps_train.csv") else {
+        return;
+    };
+    let log = Log::read(&path).unwrap();
+    let hygiene = bristle_gap::hygiene::inspect(&log, &axis).unwrap();
+    assert!(hygiene.findings.is_empty(), "{:?}", hygiene.findings);
+    let inertia = hygiene.balance.unwrap().inertia.unwrap().value;
+    // Published: 95.11 kg by least squares in force; speeds below a twentieth of the top are left out here.
+    assert!((inertia / 95.11 - 1.0).abs() < 0.02, "{inertia}");
+    let floor = bristle_gap::floor::floor(&log, &axis, &hygiene).unwrap();
+    println!(
+        "{}\n{:?} {:?}",
+        floor.text, floor.noise.interval, floor.noise.autoregressive
+    );
+    let repeats = floor.repeats.unwrap();
+    assert_eq!(repeats.period_samples, 6240);
+    // Given with the data: 0.31 N rms over all samples, without a word on the mean. No degrees of freedom taken off, the
+    // definition here gives 0.329; without the mean of each period 0.301: a tenth lies between the two.
+    let plain = repeats.non_repeating_nm * f64::sqrt(1.0 - 1.0 / repeats.periods);
+    assert!((plain / 0.31 - 1.0).abs() < 0.1, "{plain} {}", floor.text);
+}
+
+#[test]
+fn pulses_record_is_sound() {
+    let axes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes");
+    let axis = AxisFile::read(axes.join("emps.toml")).unwrap();
+    let Some(path) = record("emps_pulses.csv") else {
+        return;
+    };
+    let log = Log::read(&path).unwrap();
+    let hygiene = bristle_gap::hygiene::inspect(&log, &axis).unwrap();
+    assert!(
+        hygiene.findings.is_empty(),
+        "{:?} {:?}",
+        hygiene.findings,
+        hygiene.skew
+    );
+    let floor = bristle_gap::floor::floor(&log, &axis, &hygiene).unwrap();
+    println!("{}", floor.text);
+}
