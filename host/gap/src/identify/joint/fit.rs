@@ -6,7 +6,8 @@ use crate::axis_file::{AxisFile, FrictionModel};
 use crate::believed::Believed;
 use crate::diagnose::{Background, Noise, Node, nodes};
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Owner, Point, Record, has_bristles, scale};
+use crate::inverse::{self, Fit, Model, Own, Owner, Point, Record, has_bristles, scale};
+use crate::signal::rms;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
@@ -28,6 +29,15 @@ const DEFLECTIONS: [[f64; 5]; 2] = [
 const LEAST_COUNTS: f64 = 2.5;
 /// Starts that are fitted.
 const FITTED: usize = 3;
+
+/// How a fit weights its nodes, and when it takes an effort to act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weighting {
+    /// By the noise of each record in each regime; when the effort acts is fitted.
+    Noise,
+    /// All alike, each effort value taken at the instant of its sample: ordinary least squares, as published fits are.
+    Equal,
+}
 
 /// A fitted model and all that its judgement takes.
 #[derive(Clone)]
@@ -52,6 +62,8 @@ pub struct Data {
     pub weights: Vec<f64>,
     /// Size of axis and records.
     pub scale: Scale,
+    /// How nodes are weighted.
+    pub weighting: Weighting,
 }
 
 impl Data {
@@ -59,7 +71,12 @@ impl Data {
     ///
     /// # Errors
     /// The friction model refuses the start.
-    pub fn new(records: Vec<Record>, file: &AxisFile, path: &Path) -> Result<Self, InputError> {
+    pub fn new(
+        records: Vec<Record>,
+        file: &AxisFile,
+        path: &Path,
+        weighting: Weighting,
+    ) -> Result<Self, InputError> {
         let z_ss = DEFLECTIONS[usize::from(file.unit == Unit::Linear)][2];
         let coulomb = file.friction.coulomb.unwrap_or(0.0);
         let file = shaped(file, FrictionModel::CoulombViscous, 0.0, 1.0, z_ss);
@@ -69,13 +86,16 @@ impl Data {
         let model = Model::base(&believed, &records, DOUBT)?;
         let left_over = model.left_over(&records, &model.start())?;
         let noise = Noise::new(&records, &nodes, &left_over, scale.inertia_kg_m2, 0.0, coulomb);
-        Ok(Self {
+        let mut data = Self {
             weights: noise.weights(&nodes),
             noise,
             nodes,
             records,
             scale,
-        })
+            weighting,
+        };
+        data.even_out(&left_over);
+        Ok(data)
     }
 
     /// The same with the weights that a fit's rest asks for.
@@ -96,6 +116,32 @@ impl Data {
             believed.coulomb_nm,
         );
         self.weights = self.noise.weights(&self.nodes);
+        self.even_out(&joint.fit.left_over);
+    }
+
+    /// Gives every node the same weight, where that is asked for; its size is that of the rest.
+    fn even_out(&mut self, left_over: &[f64]) {
+        if self.weighting == Weighting::Noise {
+            return;
+        }
+        let counts = |weight: f64| weight > 0.0;
+        let used = || self.weights.iter().zip(left_over).filter(|(w, _)| counts(**w));
+        let size = rms(used().map(|(_, r)| *r));
+        let independent: f64 = self
+            .nodes
+            .iter()
+            .zip(&self.weights)
+            .filter(|(_, w)| counts(**w))
+            .map(|(node, _)| {
+                let group = self.noise.group(node);
+                group.independent / group.nodes as f64
+            })
+            .sum();
+        let share = independent / used().count().max(1) as f64;
+        let weight = share.sqrt() / size.max(f64::MIN_POSITIVE);
+        for w in &mut self.weights {
+            *w = if counts(*w) { weight } else { 0.0 };
+        }
     }
 }
 
@@ -114,7 +160,7 @@ impl Joint {
         let mut models = starts(data, file, kind)
             .par_iter()
             .map(|file| {
-                let model = weakly(Model::base(&believed(file, path)?, &data.records, DOUBT)?);
+                let model = suited(Model::base(&believed(file, path)?, &data.records, DOUBT)?, data);
                 let rest = model.left_over(&data.records, &model.start())?;
                 let cost: f64 = rest
                     .iter()
@@ -200,11 +246,24 @@ impl Joint {
     }
 }
 
-/// Effects that a fit starts with are there to be found, not believed: their sizes may be anywhere in their range.
-fn weakly(mut model: Model) -> Model {
+/// The model without what it does not use. Effects that a fit starts with are there to be found, not believed: their sizes
+/// may be anywhere in their range.
+fn suited(mut model: Model, data: &Data) -> Model {
+    let kind = model.believed.model;
+    model
+        .free
+        .retain(|free| kind != FrictionModel::Dahl || free.owner != Owner::Own(Own::Viscous));
     for free in &mut model.free {
-        if let Owner::Effect(..) = free.owner {
-            free.spread = free.range[1] - free.range[0];
+        match free.owner {
+            Owner::Effect(..) => free.spread = free.range[1] - free.range[0],
+            Owner::Own(Own::Skew) if data.weighting == Weighting::Equal => {
+                let record = &data.records[0];
+                let at_sample = -0.5 * record.step_s / record.averaged as f64;
+                free.start = at_sample;
+                free.center = at_sample;
+                free.range = [at_sample; 2];
+            }
+            Owner::Own(_) | Owner::OnRecord(..) => {}
         }
     }
     model
