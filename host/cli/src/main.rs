@@ -4,6 +4,7 @@ mod bench;
 mod capture;
 mod check;
 mod compare;
+mod diagnose;
 mod link;
 mod observe;
 mod output;
@@ -13,6 +14,7 @@ mod setup;
 mod simulate;
 mod source;
 mod target;
+mod trials;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -36,8 +38,10 @@ enum Command {
     Simulate(simulate::Args),
     Check(check::Args),
     Compare(compare::Args),
+    Diagnose(diagnose::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Trials(trials::Args),
     /// Print shell completions.
     #[command(
         after_help = "Example:\n  bristle completions bash > ~/.local/share/bash-completion/completions/bristle"
@@ -72,8 +76,10 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Diagnose(args) => diagnose::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "bristle", &mut script);

@@ -25,6 +25,7 @@ pub mod signal;
 pub mod simulate;
 pub mod stretch;
 mod toml_text;
+pub mod trial;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -6,7 +6,7 @@
 use super::regime::Node;
 use super::spectrum;
 use crate::error::InputError;
-use crate::inverse::{Added, Fit, Free, Model, Owner, Record};
+use crate::inverse::{Added, Fit, Free, Model, Owner, Record, fit_near};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Scale};
 use nalgebra::{DMatrix, DVector};
@@ -385,7 +385,7 @@ impl<'a> Background<'a> {
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
             model.scales_effort |= model.changes_gain(self.records, &from)?;
-            let fit = crate::inverse::fit(&model, self.records, self.weights, from)?;
+            let fit = fit_near(&model, self.records, self.weights, from, &self.fit.jacobian)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
             }

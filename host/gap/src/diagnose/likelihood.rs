@@ -56,12 +56,13 @@ impl Noise {
                         .min(0.5 * coulomb_nm),
                 };
                 let white = difference_noise(&members);
-                let floor_nm = closed.max(white).hypot(bristles);
+                let robust = robust_rms(&members);
+                let floor_nm = closed.max(white).hypot(bristles).min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
                     independent: members.len() as f64 / correlation(&members, regime),
                     floor_nm,
-                    spread_nm: robust_rms(&members).max(floor_nm),
+                    spread_nm: robust.max(closed),
                 };
             }
         }

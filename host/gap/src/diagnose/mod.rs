@@ -1,14 +1,63 @@
 //! The gap: where it lies, which effect causes it, how far it shrinks.
 
 mod candidate;
+mod confusable;
 mod held_out;
 mod likelihood;
+mod locate;
 mod regime;
+mod result;
 mod search;
 mod spectrum;
+mod verdict;
 
 pub use candidate::{Background, Start};
 pub use held_out::{held_out, spreads};
 pub use likelihood::{Group, Noise};
+pub use locate::Region;
 pub use regime::{Node, Regime, nodes};
+pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
 pub use search::{Hypothesis, Search, catalogue, search};
+pub use verdict::{Closed, Kind, Verdict};
+
+use crate::axis_file::AxisFile;
+use crate::believed::Believed;
+use crate::error::InputError;
+use crate::inverse::Record;
+use crate::log::Log;
+use bristle_plant::effect::Entry;
+
+/// What may be varied in a diagnosis.
+#[derive(Clone)]
+pub struct Options {
+    /// Effects that may be accused.
+    pub catalogue: Vec<&'static Entry>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            catalogue: catalogue(),
+        }
+    }
+}
+
+/// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
+///
+/// # Errors
+/// Logs and axis file do not fit, or a number is out of range.
+pub fn diagnose(
+    logs: &[Log],
+    axis: &AxisFile,
+    believed: &Believed,
+    options: &Options,
+    progress: &dyn Fn(f64),
+) -> Result<(Diagnosis, Search), InputError> {
+    let records = logs
+        .iter()
+        .map(|log| Record::new(log, axis, believed, &[]))
+        .collect::<Result<Vec<_>, _>>()?;
+    let search = search(records, believed, &options.catalogue, progress)?;
+    let (diagnosis, _) = result::conclude(&search, believed)?;
+    Ok((diagnosis, search))
+}

@@ -6,7 +6,7 @@ use super::likelihood::Noise;
 use super::regime::{Node, nodes};
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Record, fit, scale};
+use crate::inverse::{self, Fit, Model, Record, fit, fit_near, scale};
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
@@ -14,6 +14,8 @@ use rayon::prelude::*;
 const FITTED: usize = 8;
 /// Starts that a fit is tried from.
 const STARTS: usize = 2;
+/// A second start is worth a fit if it promises this part of what the first one does.
+const CLOSE: f64 = 0.6;
 /// Effects that are tried beside the best one.
 const BESIDE: usize = 4;
 /// Most effects at once.
@@ -123,15 +125,28 @@ pub fn search(
     progress(0.7);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
+    let old = weights.clone();
     if let Some((_, _, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
         noise = noise_of(&best.left_over);
         weights = noise.weights(&nodes);
     }
-    let again = |model: &Model, at: &[f64]| fit(model, &records, &weights, at.to_vec());
-    let fitted = again(&model, &fitted.at)?;
-    for (_, model, fit) in &mut tried {
-        *fit = again(model, &fit.at)?;
-    }
+    let again = |model: &Model, fit: &Fit| {
+        let mut known = fit.jacobian.clone();
+        for (row, (new, old)) in weights.iter().zip(&old).enumerate() {
+            known
+                .row_mut(row)
+                .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
+        }
+        fit_near(model, &records, &weights, fit.at.clone(), &known)
+    };
+    let fitted = again(&model, &fitted)?;
+    tried = tried
+        .into_par_iter()
+        .map(|(added, model, fit)| {
+            let fit = again(&model, &fit)?;
+            Ok((added, model, fit))
+        })
+        .collect::<Result<Vec<_>, InputError>>()?;
     let score = |added: Vec<&'static Entry>, model: Model, fit: Fit| {
         let held_out = held_out(&model, &fit, &weights, &nodes);
         Hypothesis {
@@ -227,9 +242,10 @@ fn fit_best(
         .take(most)
         .filter(|(_, starts)| gain(starts) > WORTH_A_FIT)
         .map(|(entry, starts)| {
-            let starts = &starts[..starts.len().min(STARTS)];
+            let close = |start: &&Start| start.gain > CLOSE * gain(starts);
+            let starts: Vec<Start> = starts.iter().take(STARTS).filter(close).cloned().collect();
             Ok(background
-                .try_effect(entry, starts)?
+                .try_effect(entry, &starts)?
                 .map(|(model, fit)| (*entry, model, fit)))
         })
         .collect();

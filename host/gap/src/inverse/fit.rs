@@ -35,12 +35,28 @@ pub fn fit(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
+    fit_near(model, records, weights, start, &DMatrix::zeros(0, 0))
+}
+
+/// The same from close by: `known` holds the first columns of the Jacobian there, which then stay as they are until the
+/// end. Steps are as good as these columns; where the fit stands still does not depend on them.
+///
+/// # Errors
+/// See [`fit`].
+pub fn fit_near(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+    known: &DMatrix<f64>,
+) -> Result<Fit, InputError> {
     let mut problem = Problem {
         model,
         records,
         weights,
         at: DVector::from_vec(start),
         left_over: Vec::new(),
+        known,
     };
     problem.left_over = model.left_over(records, problem.at.as_slice())?;
     let optimiser = LevenbergMarquardt::new()
@@ -49,7 +65,7 @@ pub fn fit(
         .with_gtol(0.0)
         .with_patience(PATIENCE);
     let (problem, report) = optimiser.minimize(problem);
-    let jacobian = problem.columns();
+    let jacobian = problem.columns(0);
     Ok(Fit {
         at: problem.at.as_slice().to_vec(),
         cost: 2.0 * report.objective_function,
@@ -64,6 +80,7 @@ struct Problem<'a> {
     weights: &'a [f64],
     at: DVector<f64>,
     left_over: Vec<f64>,
+    known: &'a DMatrix<f64>,
 }
 
 impl Problem<'_> {
@@ -85,14 +102,16 @@ impl Problem<'_> {
         )
     }
 
-    fn columns(&self) -> DMatrix<f64> {
-        let columns: Vec<Vec<f64>> = (0..self.at.len())
+    /// The columns from `first` on.
+    fn columns(&self, first: usize) -> DMatrix<f64> {
+        let columns: Vec<DVector<f64>> = (first..self.at.len())
             .into_par_iter()
-            .map(|i| self.column(i))
+            .map(|i| DVector::from_vec(self.column(i)))
             .collect();
-        DMatrix::from_fn(self.left_over.len(), columns.len(), |row, column| {
-            columns[column][row]
-        })
+        if columns.is_empty() {
+            return DMatrix::zeros(self.left_over.len(), 0);
+        }
+        DMatrix::from_columns(&columns)
     }
 
     /// Forward difference by a small part of the prior's width, away from the end of the range.
@@ -141,11 +160,17 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let nodes = self.left_over.len();
-        let columns = self.columns();
-        let mut whole = DMatrix::zeros(nodes + columns.ncols(), columns.ncols());
-        whole.rows_mut(0, nodes).copy_from(&columns);
-        for (i, free) in self.model.free.iter().enumerate() {
+        let (nodes, known) = (self.left_over.len(), self.known.ncols());
+        let free = &self.model.free;
+        let mut whole = DMatrix::zeros(nodes + free.len(), free.len());
+        if known > 0 {
+            whole.view_mut((0, 0), (nodes, known)).copy_from(self.known);
+        }
+        let columns = self.columns(known);
+        whole
+            .view_mut((0, known), (nodes, columns.ncols()))
+            .copy_from(&columns);
+        for (i, free) in free.iter().enumerate() {
             whole[(nodes + i, i)] = 1.0 / free.spread;
         }
         Some(whole)

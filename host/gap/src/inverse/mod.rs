@@ -10,7 +10,7 @@ mod motion;
 mod record;
 
 pub use base::scale;
-pub use fit::{Fit, fit};
+pub use fit::{Fit, fit, fit_near};
 pub use follow::{Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, Free, Model, Own, Owner, Point, has_bristles};

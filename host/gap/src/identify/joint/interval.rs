@@ -5,14 +5,13 @@
 //! such an interval, its ends are those of the profile likelihood.
 
 use super::fit::{Data, Joint};
+use crate::identify::Verdict;
 use crate::inverse::{self, Own, Owner};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Confidence of every interval.
-pub const LEVEL: f64 = 0.90;
-/// Half of a normal interval at [`LEVEL`], in standard deviations.
+/// Half of a normal interval at [`LEVEL`](crate::identify::LEVEL), in standard deviations.
 const NORMAL: f64 = 1.645;
 /// Length of a block, s: longer than anything but drift remembers.
 const BLOCK_S: f64 = 0.5;
@@ -26,29 +25,7 @@ const PROFILE_FITS: usize = 4;
 const IDENTIFIED: f64 = 0.2;
 const WEAK: f64 = 1.0;
 
-/// How far an estimate may be trusted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Half its interval is within a fifth of the value.
-    Identified,
-    /// The interval is bounded and wider than that.
-    Weak,
-    /// The interval has no bound, or is as wide as the value itself.
-    NotIdentifiable,
-}
-
-impl Verdict {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identified => "identified",
-            Self::Weak => "weak",
-            Self::NotIdentifiable => "not identifiable",
-        }
-    }
-}
-
-/// A parameter with its interval at [`LEVEL`].
+/// A parameter with its interval at [`LEVEL`](crate::identify::LEVEL).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Name as in the axis file; that of an effect follows the effect's id and a dot.
@@ -161,6 +138,7 @@ fn estimate(data: &Data, joint: &Joint, covariance: &Covariance, i: usize) -> Es
     let profiled = curved && !is_parabola(data, joint, covariance, i, half);
     if profiled {
         ends = [-1.0, 1.0].map(|side| profile(data, joint, covariance, i, side));
+        ends = [ends[0].min(at), ends[1].max(at)];
     }
     let bounds = [0, 1].map(|side| {
         let coordinate = ends[side];
@@ -197,7 +175,7 @@ fn estimate(data: &Data, joint: &Joint, covariance: &Covariance, i: usize) -> Es
         (None, Some(high)) if matches!(free.owner, Owner::Own(Own::Viscous)) && high < scale => {
             Verdict::Weak
         }
-        _ => Verdict::NotIdentifiable,
+        _ => Verdict::NotIdentified,
     };
     let mut value = value;
     if free.owner == Owner::Own(Own::StictionExcess) {

@@ -14,7 +14,7 @@ mod start;
 pub use choice::{Compared, MODELS, compare};
 pub use file::{Provenance, axis_file, to_toml};
 pub use fit::{Data, Joint, Weighting, entries};
-pub use interval::{Covariance, Estimate, LEVEL, Verdict, estimates};
+pub use interval::{Covariance, Estimate, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
 pub use start::{OFFSET, prepare};
 

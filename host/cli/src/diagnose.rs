@@ -1,0 +1,175 @@
+//! `bristle diagnose`: where simulation and measurement part, which effect causes it, how far the gap shrinks with it.
+
+use crate::output::{self, Progress};
+use crate::setup::Setup;
+use bristle_gap::diagnose::{Diagnosis, Kind, Options, catalogue, diagnose};
+use bristle_gap::report::Table;
+use bristle_gap::{InputError, Log};
+use std::path::PathBuf;
+
+/// Say where the axis and its simulator part, which unmodelled effect causes it, and how far the gap shrinks with it.
+///
+/// The simulator's own parameters are refitted first, so that a wrong number never counts as an effect. Then every effect
+/// of the catalogue is fitted jointly with them and judged on data that took no part. The answer may be that nothing is
+/// missing, that several effects explain the data alike, or that none does.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  bristle diagnose --axis axis.toml log.csv\n  bristle diagnose --axis axis.toml \
+                        ladder.csv sine.csv moves.csv --json result.json --report result.html\n  bristle diagnose \
+                        --axis axis.toml log.csv --without actuator.ripple --apply better.toml"
+)]
+pub struct Args {
+    /// Axis file: what the simulator believes.
+    #[arg(long, value_name = "FILE")]
+    axis: PathBuf,
+    /// Logs of the axis, best of several experiments.
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// An effect that is not to be accused; may be given several times.
+    #[arg(long, value_name = "ID", value_parser = effect_id())]
+    without: Vec<String>,
+    /// Write the result as JSON to a file, or - for standard output.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write a report as HTML.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Write the axis file with its parameters refitted and the named effects added.
+    #[arg(long, value_name = "FILE")]
+    apply: Option<PathBuf>,
+}
+
+fn effect_id() -> clap::builder::PossibleValuesParser {
+    catalogue()
+        .iter()
+        .map(|entry| entry.id)
+        .collect::<Vec<_>>()
+        .into()
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<(), InputError> {
+    let setup = Setup::new(Some(&args.axis))?;
+    let logs = args
+        .logs
+        .iter()
+        .map(|path| Log::read(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    for log in &logs {
+        output::notices(&log.notices());
+    }
+    let options = Options {
+        catalogue: catalogue()
+            .into_iter()
+            .filter(|entry| args.without.iter().all(|id| id != entry.id))
+            .collect(),
+    };
+    let progress = Progress::new("diagnose");
+    let (diagnosis, search) = diagnose(&logs, &setup.file, &setup.believed, &options, &|share| {
+        progress.set(share);
+    })?;
+    drop(progress);
+    let quiet = output::json_on_stdout(args.json.as_deref());
+    if !quiet {
+        show(&diagnosis);
+    }
+    output::write_json(args.json.as_deref(), &diagnosis)?;
+    let _ = &search;
+    Ok(())
+}
+
+/// The verdict in a sentence.
+pub fn sentence(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
+    let names = verdict.effects.join(", ");
+    let gap = &diagnosis.gap;
+    let closed = format!(
+        "{:.0} % of the gap closes on data that took no part in the fit ({:.0} to {:.0} %)",
+        100.0 * gap.closed_fraction.value,
+        100.0 * gap.closed_fraction.low,
+        100.0 * gap.closed_fraction.high
+    );
+    let said = match verdict.kind {
+        Kind::Effect => format!("The simulator lacks {names}: {closed}."),
+        Kind::Effects => format!("The simulator lacks all of {names}: {closed}."),
+        Kind::Ambiguous => {
+            format!("These data cannot tell apart {names}; any of them fits: {closed}.")
+        }
+        Kind::Parameters => {
+            let moved: Vec<String> = diagnosis
+                .moved
+                .iter()
+                .map(|m| {
+                    format!(
+                        "{} {} -> {}",
+                        m.parameter,
+                        output::short(m.before),
+                        output::short(m.after)
+                    )
+                })
+                .collect();
+            format!(
+                "No effect is missing; parameters were off: {}.",
+                moved.join(", ")
+            )
+        }
+        Kind::None => {
+            "Nothing is missing: the simulator explains the data to the noise.".to_string()
+        }
+        Kind::Unknown => "A gap is left that no effect of the catalogue explains.".to_string(),
+        Kind::Insufficient => "The data cannot decide.".to_string(),
+    };
+    format!("{said} Probability {:.2}.", verdict.probability)
+}
+
+fn show(diagnosis: &Diagnosis) {
+    let gap = &diagnosis.gap;
+    output::print(&format!("{}\n\n", sentence(diagnosis)));
+    output::print(&format!(
+        "gap {} {} before, {} after, {} floor (rms, held out)\n\n",
+        output::short(gap.before),
+        gap.unit,
+        output::short(gap.after),
+        output::short(gap.floor)
+    ));
+    let mut table = Table::new(
+        "Candidates",
+        &["effect", "probability", "gap after", "closed", "parameters"],
+    );
+    for candidate in diagnosis.candidates.iter().take(8) {
+        let parameters: Vec<String> = candidate
+            .parameters
+            .iter()
+            .map(|(name, value)| format!("{name} {}", output::short(*value)))
+            .collect();
+        table = table.row(&[
+            candidate.effect.clone(),
+            format!("{:.3}", candidate.probability),
+            output::short(candidate.gap_after),
+            format!(
+                "{:.2} ({:.2} to {:.2})",
+                candidate.closed_fraction.value,
+                candidate.closed_fraction.low,
+                candidate.closed_fraction.high
+            ),
+            parameters.join(", "),
+        ]);
+    }
+    output::print_words(&table);
+    for region in diagnosis.located.regions.iter().take(4) {
+        output::print(&format!(
+            "where: {} {}: {:.0} % of the gap in {:.0} % of the time\n",
+            region.axis,
+            region.label,
+            100.0 * region.share,
+            100.0 * region.time_share
+        ));
+    }
+    for group in &diagnosis.confusable {
+        output::print(&format!(
+            "these data cannot tell apart: {}\n",
+            group.join(" and ")
+        ));
+    }
+    output::notices(&diagnosis.notes);
+}

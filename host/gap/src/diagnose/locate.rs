@@ -1,0 +1,127 @@
+//! Where the gap lies: shares of what a hypothesis takes away, or of what is left, by regime, position, speed, time and
+//! acceleration.
+
+use super::regime::{Node, Regime};
+use super::search::{Hypothesis, Search};
+use serde::Serialize;
+
+/// A part of the data and its share of the gap's square.
+#[derive(Clone, Debug, Serialize)]
+pub struct Region {
+    /// What the data were divided by.
+    pub axis: &'static str,
+    /// Which part of it.
+    pub label: String,
+    /// Share of the gap's square that lies there, 0 to 1.
+    pub share: f64,
+    /// Share of the time that is spent there, 0 to 1: equal shares mean nothing.
+    pub time_share: f64,
+}
+
+/// Parts of position, speed, time and acceleration.
+const PARTS: usize = 6;
+
+/// The gap's shares, the most concentrated first.
+pub fn regions(search: &Search, best: Option<&Hypothesis>) -> Vec<Region> {
+    let gap: Vec<f64> = match best {
+        Some(best) => search
+            .base
+            .fit
+            .left_over
+            .iter()
+            .zip(&best.fit.left_over)
+            .map(|(before, after)| before * before - after * after)
+            .collect(),
+        None => search.base.fit.left_over.iter().map(|r| r * r).collect(),
+    };
+    let mut regions = Vec::new();
+    let counts: Vec<usize> = (0..search.nodes.len())
+        .filter(|&i| !search.nodes[i].excluded)
+        .collect();
+    let whole: f64 = counts.iter().map(|&i| gap[i]).sum();
+    if whole <= 0.0 || counts.is_empty() {
+        return regions;
+    }
+    let mut add = |axis: &'static str, label: String, of: &dyn Fn(usize) -> bool| {
+        let inside: Vec<usize> = counts.iter().copied().filter(|&i| of(i)).collect();
+        if !inside.is_empty() {
+            regions.push(Region {
+                axis,
+                label,
+                share: (inside.iter().map(|&i| gap[i]).sum::<f64>() / whole).clamp(0.0, 1.0),
+                time_share: inside.len() as f64 / counts.len() as f64,
+            });
+        }
+    };
+    for regime in Regime::ALL {
+        add("regime", regime.name().to_string(), &|i| {
+            search.nodes[i].regime == regime
+        });
+    }
+    let (position, speed) = match search.scale.unit {
+        bristle_plant::Unit::Rotary => ("rad", "rad/s"),
+        bristle_plant::Unit::Linear => ("m", "m/s"),
+    };
+    for (axis, unit, value) in [
+        (
+            "position",
+            position,
+            of_position as fn(&Search, &Node) -> f64,
+        ),
+        ("speed", speed, of_speed),
+        ("time", "s", of_time),
+        ("acceleration", "of the largest", of_acceleration),
+    ] {
+        let values: Vec<f64> = search
+            .nodes
+            .iter()
+            .map(|node| value(search, node))
+            .collect();
+        let low = counts
+            .iter()
+            .map(|&i| values[i])
+            .fold(f64::INFINITY, f64::min);
+        let high = counts
+            .iter()
+            .map(|&i| values[i])
+            .fold(f64::NEG_INFINITY, f64::max);
+        if high <= low {
+            continue;
+        }
+        let edge = |part: usize| low + (high - low) * part as f64 / PARTS as f64;
+        for part in 0..PARTS {
+            let last = part + 1 == PARTS;
+            add(
+                axis,
+                format!("{:.3e} to {:.3e} {unit}", edge(part), edge(part + 1)),
+                &|i| values[i] >= edge(part) && (last || values[i] < edge(part + 1)),
+            );
+        }
+    }
+    regions.sort_by(|a, b| (b.share - b.time_share).total_cmp(&(a.share - a.time_share)));
+    regions.retain(|region| region.share > region.time_share);
+    regions
+}
+
+fn of_position(search: &Search, node: &Node) -> f64 {
+    search.records[node.record].stretches[node.stretch].smooth_rad[node.sample]
+}
+
+fn of_speed(search: &Search, node: &Node) -> f64 {
+    search.records[node.record].stretches[node.stretch].velocity_rad_s[node.sample]
+}
+
+fn of_time(search: &Search, node: &Node) -> f64 {
+    let record = &search.records[node.record];
+    record.stretches[node.stretch].start_s + node.sample as f64 * record.step_s
+}
+
+fn of_acceleration(search: &Search, node: &Node) -> f64 {
+    let record = &search.records[node.record];
+    let v = &record.stretches[node.stretch].velocity_rad_s;
+    let (before, after) = (
+        node.sample.saturating_sub(1),
+        (node.sample + 1).min(v.len() - 1),
+    );
+    (v[after] - v[before]).abs() / (2.0 * record.step_s)
+}

@@ -1,0 +1,239 @@
+//! The diagnosis as other programs read it.
+
+use super::locate::{self, Region};
+use super::search::Search;
+use super::verdict::{Closed, Kind, Verdict, closed, verdict};
+use crate::believed::Believed;
+use crate::error::InputError;
+use crate::inverse::Owner;
+use bristle_plant::Unit;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Version of the layout.
+const SCHEMA: u32 = 1;
+
+/// What `bristle diagnose --json` writes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// Version of the layout.
+    pub schema: u32,
+    /// The conclusion.
+    pub verdict: Conclusion,
+    /// Size of the gap before and after.
+    pub gap: Gap,
+    /// Where it lies.
+    #[serde(rename = "where")]
+    pub located: Where,
+    /// Every effect that was fitted, most probable first.
+    pub candidates: Vec<Candidate>,
+    /// Groups of effects that these logs cannot tell apart.
+    pub confusable: Vec<Vec<String>>,
+    /// What to record to decide, where that is open.
+    pub next_experiment: Option<NextExperiment>,
+    /// Probability of the answers that name no effect.
+    pub others: Others,
+    /// The simulator's own parameters that moved.
+    pub moved: Vec<Moved>,
+    /// What the numbers rest on, a line each.
+    pub notes: Vec<String>,
+}
+
+/// The conclusion.
+#[derive(Clone, Debug, Serialize)]
+pub struct Conclusion {
+    /// What kind.
+    pub kind: Kind,
+    /// The effects it names.
+    pub effects: Vec<String>,
+    /// How probable it is.
+    pub probability: f64,
+}
+
+/// The gap, rms on data that took no part in fitting.
+#[derive(Clone, Debug, Serialize)]
+pub struct Gap {
+    /// N m or N.
+    pub unit: &'static str,
+    /// Of the simulator with its parameters refitted.
+    pub before: f64,
+    /// With the named effects.
+    pub after: f64,
+    /// What no model explains.
+    pub floor: f64,
+    /// Share of the gap that is closed.
+    pub closed_fraction: Closed,
+}
+
+/// Where the gap lies.
+#[derive(Clone, Debug, Serialize)]
+pub struct Where {
+    /// sensor, actuator, friction, mechanics or disturbance; none where no effect is named.
+    pub block: Option<String>,
+    /// Largest shares first.
+    pub regions: Vec<Region>,
+}
+
+/// An effect, or several together, and what it would explain.
+#[derive(Clone, Debug, Serialize)]
+pub struct Candidate {
+    /// Its id; several are joined by `+`.
+    pub effect: String,
+    /// Its block, of the first where there are several.
+    pub block: String,
+    /// How probable it is.
+    pub probability: f64,
+    /// Rms with it on held-out data.
+    pub gap_after: f64,
+    /// Share of the gap that it closes.
+    pub closed_fraction: Closed,
+    /// Fitted values by name.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// What to record next.
+#[derive(Clone, Debug, Serialize)]
+pub struct NextExperiment {
+    /// Why.
+    pub why: String,
+    /// What.
+    pub what: String,
+}
+
+/// Probabilities of the answers that name no effect.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Others {
+    /// Nothing is missing.
+    pub none: f64,
+    /// Only parameters were wrong.
+    pub parameters: f64,
+    /// The effect is not in the catalogue.
+    pub unknown: f64,
+}
+
+/// A parameter of the simulator that moved.
+#[derive(Clone, Debug, Serialize)]
+pub struct Moved {
+    /// Its name in the axis file.
+    pub parameter: String,
+    /// As the axis file has it.
+    pub before: f64,
+    /// As refitted.
+    pub after: f64,
+    /// Standard deviation of that.
+    pub deviation: f64,
+}
+
+/// Concludes from a search.
+///
+/// # Errors
+/// The friction model refuses a parameter.
+pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verdict), InputError> {
+    let verdict = verdict(search);
+    let unit = believed.unit;
+    let named: Vec<String> = verdict
+        .named
+        .iter()
+        .flat_map(|&i| verdict.ranked[i].0.ids())
+        .map(str::to_string)
+        .collect();
+    let candidates: Vec<Candidate> = verdict
+        .ranked
+        .iter()
+        .map(|(hypothesis, probability)| {
+            let ids = hypothesis.ids();
+            Candidate {
+                block: ids.first().map_or(String::new(), |id| block(id)),
+                effect: ids.join("+"),
+                probability: *probability,
+                gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
+                closed_fraction: closed(search, hypothesis),
+                parameters: parameters(search, hypothesis, unit),
+            }
+        })
+        .collect();
+    let [before, after, floor] = verdict.rms_nm;
+    let closed_fraction = verdict
+        .named
+        .first()
+        .map_or_else(Closed::default, |&i| closed(search, &verdict.ranked[i].0));
+    let says_effect = !named.is_empty();
+    let diagnosis = Diagnosis {
+        schema: SCHEMA,
+        located: Where {
+            block: named.first().map(|id| block(id)),
+            regions: locate::regions(search, verdict.ranked.first().map(|(h, _)| h)),
+        },
+        verdict: Conclusion {
+            kind: verdict.kind,
+            probability: verdict.probability,
+            effects: named,
+        },
+        gap: Gap {
+            unit: unit.effort(),
+            before,
+            after: if says_effect { after } else { before },
+            floor: floor.min(after).min(before),
+            closed_fraction,
+        },
+        confusable: super::confusable::groups(search, &verdict),
+        next_experiment: None,
+        others: Others {
+            none: verdict.none,
+            parameters: verdict.parameters,
+            unknown: verdict.unknown,
+        },
+        moved: verdict
+            .moved
+            .iter()
+            .map(|(name, before, after, deviation)| Moved {
+                parameter: name.clone(),
+                before: *before,
+                after: *after,
+                deviation: *deviation,
+            })
+            .collect(),
+        notes: Vec::new(),
+        candidates,
+    };
+    Ok((diagnosis, verdict))
+}
+
+/// The block of an effect's id.
+fn block(id: &str) -> String {
+    id.split('.').next().unwrap_or_default().to_string()
+}
+
+/// Values of what was added, by name; of several effects with the id before it.
+pub fn parameters(
+    search: &Search,
+    hypothesis: &super::search::Hypothesis,
+    unit: Unit,
+) -> BTreeMap<String, f64> {
+    let believed = search.base.model.effects.len();
+    let point = hypothesis.model.at(&hypothesis.fit.at);
+    let several = hypothesis.added.len() > 1;
+    let mut values = BTreeMap::new();
+    for added in &point.effects()[believed..] {
+        for (parameter, value) in added.entry.parameters.iter().zip(&added.values) {
+            let name = parameter.name(unit);
+            let name = if several {
+                format!("{}:{name}", added.entry.id)
+            } else {
+                name.to_string()
+            };
+            values.insert(name, *value);
+        }
+    }
+    for (free, value) in hypothesis
+        .model
+        .free
+        .iter()
+        .zip(hypothesis.model.values(&hypothesis.fit.at))
+    {
+        if let Owner::OnRecord(_, _, record) = free.owner {
+            values.insert(format!("{}_of_log_{}", free.name, record + 1), value);
+        }
+    }
+    values
+}

@@ -1,0 +1,292 @@
+//! From everything that was tried to a verdict: none, parameters, an effect, several, ambiguous or unknown.
+//!
+//! Scores are held-out log densities over as many nodes as are independent. What an effect explains is a share of the
+//! explainable gap: (before^2 - after^2)/(before^2 - floor^2).
+
+use super::held_out::spreads;
+use super::likelihood::Noise;
+use super::regime::{Node, Regime};
+use super::search::{Hypothesis, Search};
+use crate::inverse::{Own, Owner};
+use serde::Serialize;
+
+/// What is concluded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// One effect.
+    Effect,
+    /// All of several effects.
+    Effects,
+    /// The simulator's own parameters were wrong.
+    Parameters,
+    /// Nothing is missing.
+    None,
+    /// Something is, and nothing in the catalogue explains it.
+    Unknown,
+    /// Any one of several effects.
+    Ambiguous,
+    /// The data cannot decide.
+    Insufficient,
+}
+
+/// How much of the gap is closed, with a 90 % interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Closed {
+    /// (before - after)/(before - floor).
+    pub value: f64,
+    /// 5 % quantile.
+    pub low: f64,
+    /// 95 % quantile.
+    pub high: f64,
+}
+
+/// The conclusion and what it rests on.
+#[derive(Clone)]
+pub struct Verdict {
+    /// What is concluded.
+    pub kind: Kind,
+    /// Places in `ranked` of the effects it names.
+    pub named: Vec<usize>,
+    /// How probable it is.
+    pub probability: f64,
+    /// Every hypothesis that was fitted, best first, with its probability.
+    pub ranked: Vec<(Hypothesis, f64)>,
+    /// Probability that nothing is missing.
+    pub none: f64,
+    /// Probability that only parameters were wrong.
+    pub parameters: f64,
+    /// Probability that the effect is not in the catalogue.
+    pub unknown: f64,
+    /// The simulator's parameters that moved, as (name, believed, refitted, standard deviation).
+    pub moved: Vec<(String, f64, f64, f64)>,
+    /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
+    pub rms_nm: [f64; 3],
+    /// Rms in sliding after the best hypothesis over its floor: above one, something is left.
+    pub lack_of_fit: f64,
+}
+
+/// Nats that an effect must gain before it is accused: the price of choosing among some thirty.
+const ACCUSES: f64 = 12.0;
+/// Part of the floor that an effect must take away: less is what smoothing leaves at reversals.
+const MATTERS: f64 = 0.25;
+/// A second effect must gain this part of what the first one did.
+const SECOND: f64 = 0.04;
+/// Nats, and part of the best one's gain, within which two hypotheses tie.
+const TIES: (f64, f64) = (6.0, 0.02);
+/// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
+const TEMPERATURE: f64 = 4.0;
+/// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
+const UNKNOWN: (f64, f64) = (1.5, 0.8);
+/// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
+const MOVED: (f64, f64) = (4.0, 0.01);
+
+/// Concludes.
+pub fn verdict(search: &Search) -> Verdict {
+    let base = &search.base;
+    let mut ranked: Vec<Hypothesis> = search
+        .single
+        .iter()
+        .chain(&search.several)
+        .cloned()
+        .collect();
+    ranked.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let chosen = choose(search);
+    let gain = chosen.map_or(0.0, |h| h.score - base.score);
+    let (floor, before) = search.noise.rms(&search.nodes, &base.held_out);
+    let after = chosen.map_or(before, |h| search.noise.rms(&search.nodes, &h.held_out).1);
+    let best = chosen.unwrap_or(base);
+    let lack_of_fit = lack_of_fit(&search.noise, &search.nodes, &best.fit.left_over);
+    let explained = explained(before, after, floor);
+    let moved = moved(search);
+
+    let parameters_help = search.noise.log_density(&search.nodes, &search.as_given);
+    let refit_gain = base.score - parameters_help;
+    let moved_matters = refit_gain > ACCUSES && !moved.is_empty();
+
+    let accused =
+        chosen.is_some() && gain > ACCUSES && contribution(before, after) > MATTERS * floor;
+    let left_unknown = lack_of_fit > UNKNOWN.0 && explained < UNKNOWN.1;
+
+    // Weights of all answers: what is left unexplained counts against every hypothesis alike.
+    let top = ranked
+        .first()
+        .map_or(base.score, |h| h.score.max(base.score));
+    let weight = |score: f64| ((score - top) / TEMPERATURE).exp();
+    let mut weights: Vec<f64> = ranked.iter().map(|h| weight(h.score - ACCUSES)).collect();
+    let plain = weight(base.score);
+    let mut of_unknown = 1e-3;
+    let doubt = (4.0 * (lack_of_fit - UNKNOWN.0)).clamp(-6.0, 6.0) + 8.0 * (UNKNOWN.1 - explained);
+    if lack_of_fit > 1.2 {
+        let sum: f64 = weights.iter().sum::<f64>() + plain;
+        of_unknown += sum * doubt.clamp(-8.0, 8.0).exp();
+    }
+    let sum: f64 = weights.iter().sum::<f64>() + plain + of_unknown;
+    for w in &mut weights {
+        *w /= sum;
+    }
+    let (none, parameters) = if moved_matters {
+        (0.0, plain / sum)
+    } else {
+        (plain / sum, 0.0)
+    };
+    let unknown = of_unknown / sum;
+    let ranked: Vec<(Hypothesis, f64)> = ranked.into_iter().zip(weights).collect();
+
+    let place = |ids: &[&str]| ranked.iter().position(|(h, _)| h.ids() == ids);
+    let (kind, named, probability) = if left_unknown {
+        (Kind::Unknown, Vec::new(), unknown)
+    } else if !accused {
+        if moved_matters {
+            (Kind::Parameters, Vec::new(), parameters)
+        } else {
+            (Kind::None, Vec::new(), none)
+        }
+    } else {
+        let chosen = best;
+        if chosen.added.len() > 1 {
+            let named: Vec<usize> = place(&chosen.ids()).into_iter().collect();
+            let probability = named.iter().map(|&i| ranked[i].1).sum();
+            (Kind::Effects, named, probability)
+        } else {
+            let limit = chosen.score - TIES.0.max(TIES.1 * gain);
+            let tied: Vec<usize> = ranked
+                .iter()
+                .enumerate()
+                .filter(|(_, (h, _))| h.added.len() == 1 && h.score >= limit)
+                .map(|(i, _)| i)
+                .collect();
+            let probability = tied.iter().map(|&i| ranked[i].1).sum();
+            let kind = if tied.len() > 1 {
+                Kind::Ambiguous
+            } else {
+                Kind::Effect
+            };
+            (kind, tied, probability)
+        }
+    };
+    Verdict {
+        kind,
+        named,
+        probability,
+        ranked,
+        none,
+        parameters,
+        unknown,
+        moved,
+        rms_nm: [before, after, floor],
+        lack_of_fit,
+    }
+}
+
+/// The best single effect, or the best pair if it is worth its second effect.
+fn choose(search: &Search) -> Option<&Hypothesis> {
+    let single = search.single.first()?;
+    let Some(pair) = search.several.first() else {
+        return Some(single);
+    };
+    let rms = |h: &Hypothesis| search.noise.rms(&search.nodes, &h.held_out).1;
+    let (floor, _) = search.noise.rms(&search.nodes, &single.held_out);
+    let gain = single.score - search.base.score;
+    let more = pair.score - single.score;
+    let worth =
+        more > ACCUSES.max(SECOND * gain) && contribution(rms(single), rms(pair)) > MATTERS * floor;
+    Some(if worth { pair } else { single })
+}
+
+/// Rms of what was taken away, were it independent of what is left.
+fn contribution(before: f64, after: f64) -> f64 {
+    (before * before - after * after).max(0.0).sqrt()
+}
+
+/// Share of the explainable square that was taken away.
+fn explained(before: f64, after: f64, floor: f64) -> f64 {
+    let explainable = before * before - floor * floor;
+    if explainable <= 0.0 {
+        1.0
+    } else {
+        ((before * before - after * after) / explainable).clamp(0.0, 1.0)
+    }
+}
+
+/// Rms in sliding over the floor there.
+fn lack_of_fit(noise: &Noise, nodes: &[Node], left_over: &[f64]) -> f64 {
+    let (mut square, mut floor) = (0.0, 0.0);
+    for (node, r) in nodes.iter().zip(left_over) {
+        if !node.excluded && node.regime == Regime::Sliding {
+            square += r * r;
+            floor += noise.group(node).floor_nm.powi(2);
+        }
+    }
+    if floor > 0.0 {
+        (square / floor).sqrt()
+    } else {
+        1.0
+    }
+}
+
+fn moved(search: &Search) -> Vec<(String, f64, f64, f64)> {
+    let model = &search.base.model;
+    let at = &search.base.fit.at;
+    let spreads = spreads(model, &search.base.fit);
+    model
+        .free
+        .iter()
+        .zip(at)
+        .zip(&spreads)
+        .filter(|((free, _), _)| free.owner != Owner::Own(Own::Skew))
+        .filter_map(|((free, &x), &spread)| {
+            let (before, after) = (free.start, free.value(x));
+            let far = (x - free.coordinate(before)).abs();
+            let relative = (after - before).abs() / before.abs().max(1e-300);
+            let deviation = if free.logarithmic {
+                spread * after
+            } else {
+                spread
+            };
+            (far > MOVED.0 * spread && relative > MOVED.1)
+                .then(|| (free.name.clone(), before, after, deviation))
+        })
+        .collect()
+}
+
+/// How much of the gap a hypothesis closes on held-out data; the interval by the jackknife over folds.
+pub fn closed(search: &Search, hypothesis: &Hypothesis) -> Closed {
+    let over = |keep: &dyn Fn(&Node) -> bool| {
+        let part = |rest: &[f64]| {
+            let (mut square, mut floor, mut count) = (0.0, 0.0, 0.0);
+            for (node, r) in search.nodes.iter().zip(rest) {
+                if !node.excluded && node.regime != Regime::Rest && keep(node) {
+                    square += r * r;
+                    floor += search.noise.group(node).floor_nm.powi(2);
+                    count += 1.0;
+                }
+            }
+            let count = f64::max(count, 1.0);
+            (f64::sqrt(square / count), f64::sqrt(floor / count))
+        };
+        let (before, floor) = part(&search.base.held_out);
+        let (after, _) = part(&hypothesis.held_out);
+        let least = floor.min(after).min(before);
+        if before - least <= 0.0 {
+            0.0
+        } else {
+            (before - after) / (before - least)
+        }
+    };
+    let value = over(&|_| true);
+    let folds = super::regime::FOLDS;
+    let parts: Vec<f64> = (0..folds)
+        .map(|fold| over(&|node| node.fold != fold))
+        .collect();
+    let mean = parts.iter().sum::<f64>() / folds as f64;
+    let scale = (folds - 1) as f64 / folds as f64;
+    let variance: f64 = scale * parts.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+    // 90 % of a Student distribution with four degrees of freedom.
+    let half = 2.132 * variance.sqrt();
+    Closed {
+        value,
+        low: value - half,
+        high: (value + half).min(1.0),
+    }
+}

@@ -1,0 +1,41 @@
+//! What every step asks of a record.
+
+use crate::log::Log;
+
+/// Least step between two positions that differ: the encoder's count, or the resolution of the print; zero where nothing
+/// moves.
+pub(super) fn grid(position: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = position
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|&step| step > 0.0)
+        .collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
+    // Rounding makes some steps smaller than a count; hardly one in a hundred.
+    let place = steps.len() / 100;
+    *steps.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// First sample and the one past the last of each stretch without a gap.
+pub(super) fn stretches(log: &Log) -> Vec<(usize, usize)> {
+    let mut start = 0;
+    let ends = log
+        .gaps()
+        .into_iter()
+        .map(|gap| gap.before + 1)
+        .chain([log.len()]);
+    ends.map(|end| (std::mem::replace(&mut start, end), end))
+        .collect()
+}
+
+/// From the least to the greatest; zero for nothing.
+pub(super) fn span(values: &[f64]) -> f64 {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+            (low.min(x), high.max(x))
+        });
+    if low <= high { high - low } else { 0.0 }
+}
