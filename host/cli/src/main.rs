@@ -5,6 +5,7 @@ mod capture;
 mod check;
 mod compare;
 mod diagnose;
+mod effects;
 mod link;
 mod observe;
 mod output;
@@ -39,6 +40,7 @@ enum Command {
     Check(check::Args),
     Compare(compare::Args),
     Diagnose(diagnose::Args),
+    Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
     Trials(trials::Args),
@@ -77,6 +79,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Diagnose(args) => diagnose::run(args),
+        Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
         Command::Trials(args) => trials::run(args),

@@ -4,7 +4,7 @@ use bristle_gap::{AxisFile, Believed, InputError};
 use std::path::{Path, PathBuf};
 
 /// The demonstration axis, built in so that nothing else is needed.
-const BENCH_AXIS: &str = include_str!("../../../axes/bench.toml");
+pub const BENCH_AXIS: &str = include_str!("../../../axes/bench.toml");
 
 /// An axis file and what follows from it.
 pub struct Setup {

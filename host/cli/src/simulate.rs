@@ -43,7 +43,7 @@ pub struct Args {
     /// Log to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// An effect to add, with its parameters; may be given several times.
+    /// An effect to add, with its parameters, see `bristle effects`; may be given several times.
     #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
     effect: Vec<String>,
     /// Torque noise on the rotor, rms (force on a linear axis).

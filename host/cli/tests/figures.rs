@@ -228,3 +228,27 @@ fn an_effect_changes_the_record_and_a_seed_repeats_it() {
     let cogging = "actuator.cogging:amplitude_nm=0.01,order_per_rev=24";
     assert_ne!(plain, simulate(&["--effect", cogging]));
 }
+
+#[test]
+fn effects_are_listed_as_the_documentation_has_them() {
+    let printed = Command::new(env!("CARGO_BIN_EXE_bristle"))
+        .args(["effects", "--markdown"])
+        .output()
+        .unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/effects.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    assert!(
+        String::from_utf8(printed.stdout).unwrap() == page,
+        "docs/effects.md differs; run `cargo run -- effects --markdown > docs/effects.md`"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let listed = bristle(folder.path(), &["effects", "--axis", &axes("emps.toml")]);
+    let listed = listed.as_array().unwrap();
+    assert_eq!(listed.len(), page.matches("\n### ").count());
+    for effect in listed {
+        for parameter in effect["parameters"].as_array().unwrap() {
+            let name = format!("`{}`", parameter["name"].as_str().unwrap());
+            assert!(page.contains(&name), "{name}");
+        }
+    }
+}

@@ -21,6 +21,7 @@ pub mod output;
 pub mod plan;
 pub mod report;
 pub mod run;
+pub mod scale;
 pub mod signal;
 pub mod simulate;
 pub mod stretch;

@@ -26,7 +26,7 @@ pub struct AxisConfig {
     pub torque_noise_nm: f64,
     /// Length of a sample, s.
     pub sample_time_s: f64,
-    /// Steps in a sample.
+    /// Steps in a sample, at least: effects may ask for more.
     pub steps: u32,
     /// Seed of all noise.
     pub seed: u64,
@@ -101,6 +101,7 @@ fn steps_with(
 }
 
 /// Friction torque of a step with the effects in it, N m, on what moves with the load's velocity.
+#[inline]
 pub fn rub(
     contact: &mut dyn Contact,
     effects: &mut [Box<dyn Effect>],

@@ -106,6 +106,7 @@ impl Mechanics {
     /// Changes the velocities by a step of torque on the motor and of friction. Where friction holds at rest, a body
     /// whose velocity changes sign comes to rest first. The whole inertia is `inertia_share` of what it was built with;
     /// what is more or less sits with friction.
+    #[inline]
     pub fn kick(
         &self,
         motion: &mut Motion,

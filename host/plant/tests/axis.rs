@@ -1,12 +1,16 @@
 //! The virtual axis against closed forms and against itself.
 
 use bristle_core::friction::ElastoPlastic;
+use bristle_core::friction::coulomb::Coulomb;
 use bristle_core::stribeck::{Shape, Stribeck};
+use bristle_plant::Unit;
 use bristle_plant::axis::{Axis, AxisConfig, steps_for};
 use bristle_plant::contact::{Contact, contact};
 use bristle_plant::drive::DriveConfig;
+use bristle_plant::effect;
 use bristle_plant::encoder::EncoderConfig;
 use bristle_plant::mechanics::{Load, Mechanics};
+use std::collections::BTreeMap;
 
 const COUNT: f64 = std::f64::consts::TAU / 16384.0;
 
@@ -140,4 +144,25 @@ fn friction_of_the_load_holds_a_rigid_limit() {
         .fold(0.0, f64::max);
     // Twist under 0.035 N m of 1e4 N m/rad is 3.5e-6 rad; a count is 3.8e-4.
     assert!(worst < COUNT, "{worst:e}");
+}
+
+#[test]
+fn effects_on_friction_let_a_static_axis_rest() {
+    // Torque below break-away, raised or lowered by effects that act on friction: nothing may creep.
+    for (id, name, value) in [
+        ("friction.asymmetry", "share", 0.3),
+        ("friction.asymmetry", "share", -0.3),
+        ("friction.position", "slope_1_rad", 0.2),
+        ("friction.dwell", "rise_share", 0.5),
+        ("friction.load", "share", 0.2),
+    ] {
+        let values = BTreeMap::from([(name.to_string(), value)]);
+        let effect = effect::build(id, &values, Unit::Rotary).unwrap();
+        let friction = contact(Coulomb::new(0.020).unwrap());
+        let mut axis = Axis::new(config(10), friction, vec![effect]);
+        for k in 0..2000 {
+            axis.advance(if k < 1000 { 0.013 } else { -0.013 });
+        }
+        assert_eq!(axis.truth().motion.position_rad, 0.0, "{id} {value}");
+    }
 }
