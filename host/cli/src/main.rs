@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod diagnose;
 mod effects;
+mod identify;
 mod link;
 mod observe;
 mod output;
@@ -35,6 +36,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Bench(bench::Args),
+    Identify(identify::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
     Check(check::Args),
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<(), InputError> {
     match command {
         Command::Bench(args) => bench::run(args),
+        Command::Identify(args) => identify::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Check(args) => check::run(args),

@@ -1,6 +1,7 @@
 //! `bristle trials`: how often the right answer comes out, on virtual axes drawn by seed.
 
 mod diagnose;
+mod identify;
 
 use bristle_gap::InputError;
 use clap::Subcommand;
@@ -15,11 +16,13 @@ pub struct Args {
 #[derive(Subcommand)]
 enum What {
     Diagnose(diagnose::Args),
+    Identify(identify::Args),
 }
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
     match &args.what {
         What::Diagnose(args) => diagnose::run(args),
+        What::Identify(args) => identify::run(args),
     }
 }

@@ -43,7 +43,11 @@ pub fn compare(data: &Data, fits: &[Joint]) -> (Vec<Compared>, usize) {
         .zip(&scores)
         .zip(&rests)
         .map(|((joint, score), rest)| {
-            let apart: Vec<f64> = score.iter().zip(&scores[best]).map(|(a, b)| a - b).collect();
+            let apart: Vec<f64> = score
+                .iter()
+                .zip(&scores[best])
+                .map(|(a, b)| a - b)
+                .collect();
             let blocks = apart.len() as f64;
             let mean = total(&apart) / blocks;
             let square: f64 = apart.iter().map(|d| (d - mean).powi(2)).sum();
@@ -83,9 +87,12 @@ fn by_block(data: &Data, rest: &[f64]) -> Vec<f64> {
         let group = data.noise.group(node);
         let (square, count) = squares[&key(i)];
         let spread = (square / count).max(0.5 * group.floor_nm.powi(2));
-        let density = -0.5 * (spread.ln() + r * r / spread) * group.independent / group.nodes as f64;
+        let density =
+            -0.5 * (spread.ln() + r * r / spread) * group.independent / group.nodes as f64;
         let block = (node.sample as f64 * data.records[node.record].step_s / BLOCK_S) as usize;
-        *blocks.entry((node.record, node.stretch, block)).or_default() += density;
+        *blocks
+            .entry((node.record, node.stretch, block))
+            .or_default() += density;
     }
     blocks.into_values().collect()
 }

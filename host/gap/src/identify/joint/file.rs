@@ -78,7 +78,9 @@ pub fn simulated(joint: &Joint) -> Believed {
 pub fn to_toml(file: &AxisFile, estimates: &[Estimate], provenance: &Provenance) -> String {
     let mut text = format!(
         "# Identified from logs by bristle {} on {}.\n# {}\n",
-        provenance.version, provenance.date, one_line(&provenance.command)
+        provenance.version,
+        provenance.date,
+        one_line(&provenance.command)
     );
     for (name, hash) in &provenance.logs {
         text += &format!("# log {} sha256 {hash}\n", one_line(name));

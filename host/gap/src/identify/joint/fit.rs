@@ -4,7 +4,7 @@
 use super::start::{believed, shaped};
 use crate::axis_file::{AxisFile, FrictionModel};
 use crate::believed::Believed;
-use crate::diagnose::{Background, Noise, Node, nodes};
+use crate::diagnose::{Background, Node, Noise, nodes};
 use crate::error::InputError;
 use crate::inverse::{self, Fit, Model, Own, Owner, Point, Record, has_bristles, scale};
 use crate::signal::rms;
@@ -85,7 +85,14 @@ impl Data {
         let nodes = nodes(&records, z_ss);
         let model = Model::base(&believed, &records, DOUBT)?;
         let left_over = model.left_over(&records, &model.start())?;
-        let noise = Noise::new(&records, &nodes, &left_over, scale.inertia_kg_m2, 0.0, coulomb);
+        let noise = Noise::new(
+            &records,
+            &nodes,
+            &left_over,
+            scale.inertia_kg_m2,
+            0.0,
+            coulomb,
+        );
         let mut data = Self {
             weights: noise.weights(&nodes),
             noise,
@@ -125,7 +132,12 @@ impl Data {
             return;
         }
         let counts = |weight: f64| weight > 0.0;
-        let used = || self.weights.iter().zip(left_over).filter(|(w, _)| counts(**w));
+        let used = || {
+            self.weights
+                .iter()
+                .zip(left_over)
+                .filter(|(w, _)| counts(**w))
+        };
         let size = rms(used().map(|(_, r)| *r));
         let independent: f64 = self
             .nodes
@@ -160,7 +172,10 @@ impl Joint {
         let mut models = starts(data, file, kind)
             .par_iter()
             .map(|file| {
-                let model = suited(Model::base(&believed(file, path)?, &data.records, DOUBT)?, data);
+                let model = suited(
+                    Model::base(&believed(file, path)?, &data.records, DOUBT)?,
+                    data,
+                );
                 let rest = model.left_over(&data.records, &model.start())?;
                 let cost: f64 = rest
                     .iter()
@@ -212,7 +227,12 @@ impl Joint {
 
     /// Adds an effect from where it explains most.
     fn with(self, data: &Data, entry: &'static Entry) -> Result<Self, InputError> {
-        if self.model.effects.iter().any(|added| added.entry.id == entry.id) {
+        if self
+            .model
+            .effects
+            .iter()
+            .any(|added| added.entry.id == entry.id)
+        {
             return Ok(self);
         }
         let background = Background::new(

@@ -302,7 +302,11 @@ fn profile(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, side: 
     let goal = wanted.sqrt();
     let mut next = centre + side * NORMAL * covariance.spread(i).min(1.0);
     for _ in 0..PROFILE_FITS {
-        next = if side > 0.0 { next.min(end) } else { next.max(end) };
+        next = if side > 0.0 {
+            next.min(end)
+        } else {
+            next.max(end)
+        };
         let root = risen(next).max(0.0).sqrt();
         if (root / goal - 1.0).abs() < 0.05 {
             return next;
@@ -317,7 +321,8 @@ fn profile(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, side: 
         }
         next = match outer {
             Some((outer, root)) => {
-                inner + (outer - inner) * ((goal - inner_root) / (root - inner_root)).clamp(0.1, 0.9)
+                inner
+                    + (outer - inner) * ((goal - inner_root) / (root - inner_root)).clamp(0.1, 0.9)
             }
             None => {
                 let gone = (inner - centre).abs();

@@ -16,7 +16,7 @@ pub use file::{Provenance, axis_file, to_toml};
 pub use fit::{Data, Joint, Weighting, entries};
 pub use interval::{Covariance, Estimate, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
-pub use start::{OFFSET, prepare};
+pub use start::{OFFSET, prepare, records};
 
 use crate::axis_file::{AxisFile, FrictionModel};
 use crate::error::InputError;
@@ -172,7 +172,8 @@ pub fn errors(joint: &Joint, records: &[Record]) -> Result<Vec<Errors>, InputErr
             let mut effort = Vec::new();
             for stretch in &record.stretches {
                 let u = &stretch.effort_nm;
-                let mut means: Vec<f64> = (1..u.len() - 1).map(|k| 0.5 * (u[k - 1] + u[k])).collect();
+                let mut means: Vec<f64> =
+                    (1..u.len() - 1).map(|k| 0.5 * (u[k - 1] + u[k])).collect();
                 record.kernel.apply(&mut means, &mut effort);
             }
             let effort_nm = rms(rest.iter().copied());

@@ -18,7 +18,12 @@ const LEAD_S: f64 = 0.1;
 const LEADS: f64 = 125.0;
 
 /// The axis at the start of a record, driven as the record says.
-fn axis(believed: &Believed, record: &Record, at_rad: f64, velocity: f64) -> Result<Axis, InputError> {
+fn axis(
+    believed: &Believed,
+    record: &Record,
+    at_rad: f64,
+    velocity: f64,
+) -> Result<Axis, InputError> {
     let mut believed = believed.clone();
     // Fine, so that the reading is the position.
     believed.counts_per_turn = 1e9_f64.min(f64::from(i32::MAX));
@@ -44,7 +49,10 @@ pub fn windowed(believed: &Believed, records: &[Record]) -> Result<Option<f64>, 
             while first + length < stretch.position_rad.len() {
                 let run = |nudge: [f64; 2]| window(believed, record, stretch, first, length, nudge);
                 let base = run([0.0; 2])?;
-                let step = [record.rad_per_count.max(1e-9), record.rad_per_count.max(1e-9) / LEAD_S];
+                let step = [
+                    record.rad_per_count.max(1e-9),
+                    record.rad_per_count.max(1e-9) / LEAD_S,
+                ];
                 let moved = [run([step[0], 0.0])?, run([0.0, step[1]])?];
                 errors.extend(without_start(&base, &moved));
                 first += length;
@@ -79,7 +87,10 @@ fn window(
         axis.advance(stretch.effort_nm[k] + inertia * lead);
     }
     let motion = axis.truth().motion;
-    axis = axis.starting_at(motion.position_rad + nudge[0], motion.velocity_rad_s + nudge[1]);
+    axis = axis.starting_at(
+        motion.position_rad + nudge[0],
+        motion.velocity_rad_s + nudge[1],
+    );
     Ok((first..first + length)
         .map(|k| {
             let error = axis.truth().motion.position_rad - stretch.position_rad[k];
@@ -98,7 +109,10 @@ fn without_start(base: &[f64], moved: &[Vec<f64>; 2]) -> Vec<f64> {
     let (ra, rb) = (dot(&a, base), dot(&b, base));
     let determinant = aa * bb - ab * ab;
     let (x, y) = if determinant > 1e-9 * aa * bb {
-        ((ra * bb - rb * ab) / determinant, (rb * aa - ra * ab) / determinant)
+        (
+            (ra * bb - rb * ab) / determinant,
+            (rb * aa - ra * ab) / determinant,
+        )
     } else if aa > 0.0 {
         (ra / aa, 0.0)
     } else {
@@ -116,10 +130,19 @@ fn without_start(base: &[f64], moved: &[Vec<f64>; 2]) -> Vec<f64> {
 /// # Errors
 /// The friction model refuses the parameters.
 pub fn free_run(believed: &Believed, record: &Record) -> Result<(Vec<f64>, Vec<f64>), InputError> {
-    let Some(stretch) = record.stretches.iter().max_by_key(|stretch| stretch.effort_nm.len()) else {
+    let Some(stretch) = record
+        .stretches
+        .iter()
+        .max_by_key(|stretch| stretch.effort_nm.len())
+    else {
         return Ok((Vec::new(), Vec::new()));
     };
-    let mut axis = axis(believed, record, stretch.smooth_rad[0], stretch.velocity_rad_s[0])?;
+    let mut axis = axis(
+        believed,
+        record,
+        stretch.smooth_rad[0],
+        stretch.velocity_rad_s[0],
+    )?;
     let simulated = stretch
         .effort_nm
         .iter()

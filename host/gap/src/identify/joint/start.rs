@@ -102,7 +102,11 @@ pub fn shaped(
         model,
         FrictionModel::Stribeck | FrictionModel::Lugre | FrictionModel::ElastoPlastic
     );
-    file.friction.stiction = Some(if falls { coulomb * (1.0 + excess) } else { coulomb });
+    file.friction.stiction = Some(if falls {
+        coulomb * (1.0 + excess)
+    } else {
+        coulomb
+    });
     file.friction.stribeck_velocity = Some(stribeck_velocity_rad_s);
     let stiffness = coulomb / z_ss_rad;
     file.friction.stiffness = Some(stiffness);
@@ -140,7 +144,11 @@ pub fn records(
 }
 
 fn set_offset(file: &mut AxisFile, offset_nm: f64) {
-    let name = if file.unit == Unit::Linear { "force_n" } else { "torque_nm" };
+    let name = if file.unit == Unit::Linear {
+        "force_n"
+    } else {
+        "torque_nm"
+    };
     let parameters = vec![(name.to_string(), offset_nm)];
     match file.effects.iter_mut().find(|effect| effect.id == OFFSET) {
         Some(effect) => effect.parameters = parameters,
@@ -201,7 +209,12 @@ fn sliding_rows(record: &Record, stretch: &Stretch, rows: &mut Vec<Row>) {
     };
     let per = record.step_s.powi(-2);
     let effort = &stretch.effort_nm;
-    let torque = through(inner.clone().map(|k| 0.5 * (effort[k - 1] + effort[k])).collect());
+    let torque = through(
+        inner
+            .clone()
+            .map(|k| 0.5 * (effort[k - 1] + effort[k]))
+            .collect(),
+    );
     let acceleration = through(
         inner
             .clone()
@@ -217,7 +230,13 @@ fn sliding_rows(record: &Record, stretch: &Stretch, rows: &mut Vec<Row>) {
         let direction = v[middle].signum();
         let slides = v[around.clone()].iter().all(|v| v * direction > rest);
         if slides && !stretch.excluded[around].contains(&true) {
-            rows.push([torque[node], acceleration[node], direction, velocity[node], 1.0]);
+            rows.push([
+                torque[node],
+                acceleration[node],
+                direction,
+                velocity[node],
+                1.0,
+            ]);
         }
     }
 }
