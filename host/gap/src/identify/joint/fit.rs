@@ -64,6 +64,8 @@ pub struct Data {
     pub scale: Scale,
     /// How nodes are weighted.
     pub weighting: Weighting,
+    /// Bristle deflection by which the regimes are told apart.
+    pub z_ss_rad: f64,
 }
 
 impl Data {
@@ -100,6 +102,7 @@ impl Data {
             records,
             scale,
             weighting,
+            z_ss_rad: z_ss,
         };
         data.even_out(&left_over);
         Ok(data)

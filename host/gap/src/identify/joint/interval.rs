@@ -5,6 +5,7 @@
 //! such an interval, its ends are those of the profile likelihood.
 
 use super::fit::{Data, Joint};
+use super::twin::Bias;
 use crate::identify::Verdict;
 use crate::inverse::{self, Own, Owner};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -112,15 +113,44 @@ impl Covariance {
     }
 }
 
+/// Correlation from which on two parameters are one.
+const TIED: f64 = 0.95;
+
 /// Estimates of all that was free.
-pub fn estimates(data: &Data, joint: &Joint, covariance: &Covariance) -> Vec<Estimate> {
-    (0..joint.model.free.len())
+pub fn estimates(
+    data: &Data,
+    joint: &Joint,
+    covariance: &Covariance,
+    bias: &Bias,
+) -> Vec<Estimate> {
+    let mut all: Vec<Estimate> = (0..joint.model.free.len())
         .into_par_iter()
-        .map(|i| estimate(data, joint, covariance, i))
-        .collect()
+        .map(|i| estimate(data, joint, covariance, bias, i))
+        .collect();
+    for i in 0..all.len() {
+        if all[i].verdict == Verdict::Identified {
+            continue;
+        }
+        let tied: Vec<&str> = (0..all.len())
+            .filter(|&j| j != i && covariance.correlation(i, j).abs() > TIED)
+            .map(|j| all[j].name.as_str())
+            .collect();
+        if !tied.is_empty() {
+            let tied = tied.join(", ");
+            let advice = all[i].advice.get_or_insert_default();
+            *advice = format!("tied to {tied} in these logs; {advice}");
+        }
+    }
+    all
 }
 
-fn estimate(data: &Data, joint: &Joint, covariance: &Covariance, i: usize) -> Estimate {
+fn estimate(
+    data: &Data,
+    joint: &Joint,
+    covariance: &Covariance,
+    bias: &Bias,
+    i: usize,
+) -> Estimate {
     let free = &joint.model.free[i];
     let at = joint.fit.at[i];
     let half = NORMAL * covariance.spread(i);
@@ -140,6 +170,16 @@ fn estimate(data: &Data, joint: &Joint, covariance: &Covariance, i: usize) -> Es
         ends = [-1.0, 1.0].map(|side| profile(data, joint, covariance, i, side));
         ends = [ends[0].min(at), ends[1].max(at)];
     }
+    let reached = [0, 1].map(|side| {
+        let end = free.coordinate(free.range[side]);
+        (ends[side] - end).abs() < 1e-9
+    });
+    let at = at - bias.mean[i];
+    let doubt = NORMAL * bias.spread[i];
+    let ends = [
+        at - (joint.fit.at[i] - ends[0]).hypot(doubt),
+        at + (ends[1] - joint.fit.at[i]).hypot(doubt),
+    ];
     let bounds = [0, 1].map(|side| {
         let coordinate = ends[side];
         let end = free.coordinate(free.range[side]);
@@ -148,7 +188,7 @@ fn estimate(data: &Data, joint: &Joint, covariance: &Covariance, i: usize) -> Es
         } else {
             coordinate < end
         };
-        inside.then(|| free.value(coordinate))
+        (inside && !reached[side]).then(|| free.value(coordinate))
     });
     let value = free.value(at);
     let mut name = free.name.clone();

@@ -10,6 +10,7 @@ mod fit;
 mod interval;
 mod output_error;
 mod start;
+mod twin;
 
 pub use choice::{Compared, MODELS, compare};
 pub use file::{Provenance, axis_file, to_toml};
@@ -17,6 +18,7 @@ pub use fit::{Data, Joint, Weighting, entries};
 pub use interval::{Covariance, Estimate, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
 pub use start::{OFFSET, prepare, records};
+pub use twin::Bias;
 
 use crate::axis_file::{AxisFile, FrictionModel};
 use crate::error::InputError;
@@ -131,8 +133,23 @@ pub fn identify(
             "record an experiment that moves the axis",
         )
     })?;
-    let mut all = estimates(&data, &joint, &covariance);
-    progress(0.9);
+    progress(0.8);
+    let bias = match options.weighting {
+        Weighting::Noise => Bias::new(&data, &joint, &covariance, logs, axis)?,
+        Weighting::Equal => Bias::none(joint.model.free.len()),
+    };
+    let mut all = estimates(&data, &joint, &covariance, &bias);
+    progress(0.95);
+    for ((x, bias), free) in joint
+        .fit
+        .at
+        .iter_mut()
+        .zip(&bias.mean)
+        .zip(&joint.model.free)
+    {
+        *x = free.coordinate(free.value(*x - bias));
+    }
+    joint.fit.left_over = joint.model.left_over(&data.records, &joint.fit.at)?;
     let kept: Vec<usize> = (0..all.len())
         .filter(|&i| all[i].owner != Owner::Own(Own::Skew))
         .collect();
@@ -143,7 +160,8 @@ pub fn identify(
     let timing = all
         .iter()
         .position(|estimate| estimate.owner == Owner::Own(Own::Skew))
-        .map(|place| all.remove(place));
+        .map(|place| all.remove(place))
+        .filter(|_| options.weighting == Weighting::Noise);
     let errors = errors(&joint, &data.records)?;
     progress(1.0);
     Ok(Identified {
