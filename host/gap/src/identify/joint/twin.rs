@@ -12,7 +12,7 @@ use crate::axis_file::AxisFile;
 use crate::believed::Noise as AxisNoise;
 use crate::diagnose::nodes;
 use crate::error::InputError;
-use crate::inverse::{self, Owner, Record};
+use crate::inverse::{self, Own, Owner, Record};
 use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
 use crate::signal::interpolate;
 use bristle_plant::Unit;
@@ -25,7 +25,7 @@ use rayon::prelude::*;
 /// Twins of a round, each with noise of its own.
 const TWINS: usize = 2;
 /// Rounds of taking the bias off: each leaves the bias's slope times what the one before left.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 4;
 /// A coordinate whose standard deviation is larger is not corrected: its twin would wander as it does.
 const KNOWN: f64 = 0.35;
 /// Most that a coordinate is moved, in its prior's or its logarithm's units.
@@ -67,7 +67,8 @@ impl Bias {
         let free = &joint.model.free;
         let corrected: Vec<bool> = (0..free.len())
             .map(|i| {
-                let own = matches!(free[i].owner, Owner::Own(_));
+                // A twin's clock is its own, and effects are judged as they stand.
+                let own = matches!(free[i].owner, Owner::Own(own) if own != Own::Skew);
                 own && (!free[i].logarithmic || covariance.spread(i) < KNOWN)
             })
             .collect();
