@@ -175,7 +175,9 @@ fn estimate(
         (ends[side] - end).abs() < 1e-9
     });
     let at = at - bias.mean[i];
-    let doubt = NORMAL * bias.spread[i];
+    // What twins scatter by counts where it is more than the rest of this record shows.
+    let scatter = (bias.noise[i].powi(2) - covariance.spread(i).powi(2)).max(0.0);
+    let doubt = NORMAL * (bias.spread[i].powi(2) + scatter).sqrt();
     let ends = [
         at - (joint.fit.at[i] - ends[0]).hypot(doubt),
         at + (ends[1] - joint.fit.at[i]).hypot(doubt),

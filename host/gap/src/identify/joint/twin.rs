@@ -42,6 +42,8 @@ pub struct Bias {
     pub mean: Vec<f64>,
     /// Standard deviation.
     pub spread: Vec<f64>,
+    /// Standard deviation of an estimate from one record, as twins with different noise show it.
+    pub noise: Vec<f64>,
 }
 
 impl Bias {
@@ -50,6 +52,7 @@ impl Bias {
         Self {
             mean: vec![0.0; parameters],
             spread: vec![0.0; parameters],
+            noise: vec![0.0; parameters],
         }
     }
 
@@ -75,6 +78,7 @@ impl Bias {
         let asked = &joint.fit.at;
         let mut at = asked.clone();
         let mut bias = Self::none(free.len());
+        let mut squares = vec![0.0; free.len()];
         for round in 0..ROUNDS {
             let found = (0..TWINS)
                 .into_par_iter()
@@ -85,7 +89,7 @@ impl Bias {
                 .collect::<Result<Vec<_>, InputError>>()?;
             for i in (0..free.len()).filter(|&i| corrected[i]) {
                 let mean = found.iter().map(|f| f[i]).sum::<f64>() / TWINS as f64;
-                let square: f64 = found.iter().map(|f| (f[i] - mean).powi(2)).sum();
+                squares[i] += found.iter().map(|f| (f[i] - mean).powi(2)).sum::<f64>();
                 let most = if free[i].logarithmic {
                     MOST
                 } else {
@@ -94,10 +98,12 @@ impl Bias {
                 let moved = (at[i] + asked[i] - mean).clamp(asked[i] - most, asked[i] + most);
                 at[i] = free[i].coordinate(free[i].value(moved));
                 bias.mean[i] = asked[i] - at[i];
-                bias.spread[i] = (square / (TWINS - 1) as f64 / TWINS as f64)
-                    .sqrt()
-                    .hypot(DOUBT * bias.mean[i]);
             }
+        }
+        for i in 0..free.len() {
+            bias.noise[i] = (squares[i] / ((TWINS - 1) * ROUNDS) as f64).sqrt();
+            let of_mean = bias.noise[i] / (TWINS as f64).sqrt();
+            bias.spread[i] = of_mean.hypot(DOUBT * bias.mean[i]);
         }
         Ok(bias)
     }
