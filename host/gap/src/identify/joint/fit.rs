@@ -286,6 +286,13 @@ fn suited(mut model: Model, data: &Data) -> Model {
                 free.center = at_sample;
                 free.range = [at_sample; 2];
             }
+            Owner::Own(Own::Skew) => {
+                // A sample of the log, not of what it was averaged down to.
+                let averaged = data.records.iter().map(|r| r.averaged).min().unwrap_or(1);
+                let share = 1.0 / averaged as f64;
+                free.spread *= share;
+                free.range = free.range.map(|end| end * share);
+            }
             Owner::Own(_) | Owner::OnRecord(..) => {}
         }
     }
