@@ -2,6 +2,7 @@
 
 mod diagnose;
 mod identify;
+mod score;
 
 use bristle_gap::InputError;
 use clap::Subcommand;

@@ -8,6 +8,7 @@ mod locate;
 mod regime;
 mod result;
 mod search;
+mod signature;
 mod spectrum;
 mod verdict;
 
