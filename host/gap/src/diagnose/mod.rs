@@ -13,8 +13,9 @@ mod sound;
 mod spectrum;
 mod verdict;
 
+pub use candidate::{Background, Start};
 pub use held_out::{held_out, spreads};
-pub use likelihood::Noise;
+pub use likelihood::{Group, Noise};
 pub use locate::Region;
 pub use regime::{Node, Regime, nodes};
 pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
