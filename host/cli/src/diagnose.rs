@@ -2,10 +2,12 @@
 
 use crate::output::{self, Progress};
 use crate::setup::Setup;
-use bristle_gap::diagnose::{Diagnosis, Kind, Options, catalogue, diagnose};
+use bristle_gap::diagnose::{
+    Context, Diagnosis, Options, Outcome, catalogue, diagnose, report, reproduced,
+};
 use bristle_gap::report::Table;
 use bristle_gap::{InputError, Log};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Say where the axis and its simulator part, which unmodelled effect causes it, and how far the gap shrinks with it.
 ///
@@ -65,66 +67,68 @@ pub fn run(args: &Args) -> Result<(), InputError> {
             .collect(),
     };
     let progress = Progress::new("diagnose");
-    let (diagnosis, search) = diagnose(&logs, &setup.file, &setup.believed, &options, &|share| {
+    let mut outcome = diagnose(&logs, &setup.file, &setup.believed, &options, &|share| {
         progress.set(share);
     })?;
+    outcome.diagnosis.reproduced = reproduced(&outcome)?;
     drop(progress);
     let quiet = output::json_on_stdout(args.json.as_deref());
     if !quiet {
-        show(&diagnosis);
+        show(&outcome.diagnosis);
     }
-    output::write_json(args.json.as_deref(), &diagnosis)?;
-    let _ = &search;
+    output::write_json(args.json.as_deref(), &outcome.diagnosis)?;
+    if let Some(path) = &args.report {
+        let page = report(&outcome, &context(args, &setup, &logs));
+        output::write_report(path, &page, quiet)?;
+    }
+    if let Some(path) = &args.apply {
+        apply(args, &outcome, &setup, path)?;
+    }
     Ok(())
 }
 
-/// The verdict in a sentence.
-pub fn sentence(diagnosis: &Diagnosis) -> String {
-    let verdict = &diagnosis.verdict;
-    let names = verdict.effects.join(", ");
-    let gap = &diagnosis.gap;
-    let closed = format!(
-        "{:.0} % of the gap closes on data that took no part in the fit ({:.0} to {:.0} %)",
-        100.0 * gap.closed_fraction.value,
-        100.0 * gap.closed_fraction.low,
-        100.0 * gap.closed_fraction.high
+fn context(args: &Args, setup: &Setup, logs: &[Log]) -> Context {
+    let fact = |name: &str, value: String| (name.to_string(), value);
+    let mut facts = vec![
+        fact("command", output::command_line()),
+        fact("version", env!("CARGO_PKG_VERSION").to_string()),
+        fact("axis", setup.name.clone()),
+    ];
+    facts.extend(
+        args.logs
+            .iter()
+            .map(|path| fact("log", path.display().to_string())),
     );
-    let said = match verdict.kind {
-        Kind::Effect => format!("The simulator lacks {names}: {closed}."),
-        Kind::Effects => format!("The simulator lacks all of {names}: {closed}."),
-        Kind::Ambiguous => {
-            format!("These data cannot tell apart {names}; any of them fits: {closed}.")
-        }
-        Kind::Parameters => {
-            let moved: Vec<String> = diagnosis
-                .moved
-                .iter()
-                .map(|m| {
-                    format!(
-                        "{} {} -> {}",
-                        m.parameter,
-                        output::short(m.before),
-                        output::short(m.after)
-                    )
-                })
-                .collect();
-            format!(
-                "No effect is missing; parameters were off: {}.",
-                moved.join(", ")
-            )
-        }
-        Kind::None => {
-            "Nothing is missing: the simulator explains the data to the noise.".to_string()
-        }
-        Kind::Unknown => "A gap is left that no effect of the catalogue explains.".to_string(),
-        Kind::Insufficient => "The data cannot decide.".to_string(),
-    };
-    format!("{said} Probability {:.2}.", verdict.probability)
+    let notices = logs.iter().flat_map(Log::notices);
+    Context {
+        axis: setup.name.clone(),
+        facts,
+        hygiene: notices.chain(setup.believed.assumed.clone()).collect(),
+    }
+}
+
+fn apply(args: &Args, outcome: &Outcome, setup: &Setup, path: &Path) -> Result<(), InputError> {
+    let applied = outcome.applied(&setup.file);
+    let mut head = vec![
+        format!(
+            "Written by bristle {}: {}",
+            env!("CARGO_PKG_VERSION"),
+            output::command_line()
+        ),
+        format!("from {}", setup.name),
+        outcome.diagnosis.sentence(),
+    ];
+    head.extend(applied.provenance);
+    applied.axis.write_under(&head, path)?;
+    if !output::json_on_stdout(args.json.as_deref()) {
+        output::print(&format!("axis file: {}\n", path.display()));
+    }
+    Ok(())
 }
 
 fn show(diagnosis: &Diagnosis) {
     let gap = &diagnosis.gap;
-    output::print(&format!("{}\n\n", sentence(diagnosis)));
+    output::print(&format!("{}\n\n", diagnosis.sentence()));
     output::print(&format!(
         "gap {} {} before, {} after, {} floor (rms, held out)\n\n",
         output::short(gap.before),

@@ -1,20 +1,31 @@
 //! The gap: where it lies, which effect causes it, how far it shrinks.
 
+mod apply;
 mod candidate;
+mod closed;
 mod confusable;
 mod held_out;
 mod likelihood;
 mod locate;
+mod maps;
 mod regime;
+mod report;
+mod reproduce;
 mod result;
 mod search;
 mod spectrum;
 mod verdict;
+mod words;
 
+pub use apply::{Applied, axis_file};
+pub use closed::{Part, closed_over};
 pub use held_out::{held_out, spreads};
 pub use likelihood::Noise;
 pub use locate::Region;
+pub use maps::{Map, Maps, maps};
 pub use regime::{Node, Regime, nodes};
+pub use report::{Context, report};
+pub use reproduce::{Reproduced, reproduced};
 pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
 pub use search::{Hypothesis, Search, catalogue, search};
 pub use verdict::{Closed, Kind, Verdict};
@@ -41,6 +52,16 @@ impl Default for Options {
     }
 }
 
+/// A diagnosis and all that it rests on.
+pub struct Outcome {
+    /// As other programs read it.
+    pub diagnosis: Diagnosis,
+    /// All that was tried.
+    pub search: Search,
+    /// The conclusion, with its hypotheses.
+    pub verdict: Verdict,
+}
+
 /// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
 ///
 /// # Errors
@@ -51,12 +72,16 @@ pub fn diagnose(
     believed: &Believed,
     options: &Options,
     progress: &dyn Fn(f64),
-) -> Result<(Diagnosis, Search), InputError> {
+) -> Result<Outcome, InputError> {
     let records = logs
         .iter()
         .map(|log| Record::new(log, axis, believed, &[]))
         .collect::<Result<Vec<_>, _>>()?;
     let search = search(records, believed, &options.catalogue, progress)?;
-    let (diagnosis, _) = result::conclude(&search, believed)?;
-    Ok((diagnosis, search))
+    let (diagnosis, verdict) = result::conclude(&search, believed)?;
+    Ok(Outcome {
+        diagnosis,
+        search,
+        verdict,
+    })
 }

@@ -1,6 +1,7 @@
 //! The diagnosis as other programs read it.
 
 use super::locate::{self, Region};
+use super::reproduce::Reproduced;
 use super::search::Search;
 use super::verdict::{Closed, Kind, Verdict, closed, verdict};
 use crate::believed::Believed;
@@ -35,6 +36,9 @@ pub struct Diagnosis {
     pub others: Others,
     /// The simulator's own parameters that moved.
     pub moved: Vec<Moved>,
+    /// How well records are reproduced with the named effects, by view, log and regime; left out where nobody asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reproduced: Vec<Reproduced>,
     /// What the numbers rest on, a line each.
     pub notes: Vec<String>,
 }
@@ -193,6 +197,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
                 deviation: *deviation,
             })
             .collect(),
+        reproduced: Vec::new(),
         notes: Vec::new(),
         candidates,
     };
