@@ -62,10 +62,9 @@ const SILENCE: Experiment<f32> = Experiment::Prbs {
 pub struct Controller {
     state: tick::State<f32>,
     player: Player<f32>,
-    playing: bool,
     guard: Guard,
-    /// [`End`] at its place in the flags.
-    ended: u8,
+    /// As in the sample's flags: whether an experiment plays, and [`End`] of the last one.
+    experiment: u8,
     supervisor: Supervisor,
     tick: u32,
 }
@@ -76,9 +75,8 @@ impl Controller {
         Self {
             state: config.tick.start(raw),
             player: Player::new(SILENCE, config.tick_s),
-            playing: false,
-            guard: Guard::new(&Bounds::open(1), 1.0),
-            ended: 0,
+            guard: Guard::new(&Bounds::open(1), 1.0, 0, raw),
+            experiment: 0,
             supervisor: Supervisor::new(watchdog_reset),
             tick: 0,
         }
@@ -113,9 +111,8 @@ impl Controller {
                 if self.supervisor.may_start() {
                     self.player = Player::new(experiment, config.tick_s);
                     let settings = config.tick.luenberger.settings();
-                    self.guard = Guard::new(&bounds, settings.rad_per_count);
-                    self.playing = true;
-                    self.ended = 0;
+                    self.guard = Guard::new(&bounds, settings.rad_per_count, self.tick, input.raw);
+                    self.experiment = FLAG_EXPERIMENT;
                     begins = true;
                     self.state.begin_experiment();
                 }
@@ -127,10 +124,12 @@ impl Controller {
         let sample = config
             .tick
             .run(&mut self.state, input.raw, &mut self.player);
+        let playing = self.experiment & FLAG_EXPERIMENT != 0;
         let mut end = End::None;
-        if self.playing {
-            end = self.guard.step(
-                config.tick.position_counts(&self.state.encoder),
+        if playing {
+            end = self.guard.look(
+                self.tick,
+                input.raw,
                 sample.luenberger.velocity_rad_s,
                 sample.torque_ref_nm,
             );
@@ -157,26 +156,26 @@ impl Controller {
             request,
         };
         let verdict = self.supervisor.step(&config.limits, &seen);
+        let mut flags = self.experiment;
         // What was stopped does not resume.
-        if self.supervisor.state() == State::Fault {
-            end = End::Fault;
-        } else if self.supervisor.state() != State::Armed || request == Some(Request::Stop) {
-            end = End::Stopped;
-        }
-        if self.playing && end != End::None {
+        let stopped = self.supervisor.state() != State::Armed || request == Some(Request::Stop);
+        if playing && (stopped || end != End::None) {
             cold_path();
-            self.playing = false;
-            self.ended = (end as u8) << END_SHIFT;
+            if self.supervisor.state() == State::Fault {
+                end = End::Fault;
+            } else if stopped {
+                end = End::Stopped;
+            }
+            self.experiment = (end as u8) << END_SHIFT;
+            // One that ends in the tick in which it begins has been seen to begin.
+            flags = self.experiment | if begins { FLAG_EXPERIMENT } else { 0 };
             self.player = Player::new(SILENCE, config.tick_s);
         }
         self.state.put_out(verdict.torque_nm);
         let flag = |on: bool, flag: u8| if on { flag } else { 0 };
-        // One that ends in the tick in which it begins has been seen to begin.
-        let flags = flag(self.playing | begins, FLAG_EXPERIMENT)
-            | flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
+        flags |= flag(verdict.drive_enabled, FLAG_DRIVE_ENABLED)
             | flag(self.supervisor.index_seen(), FLAG_INDEX_SEEN)
-            | flag(input.overrun, FLAG_OVERRUN)
-            | self.ended;
+            | flag(input.overrun, FLAG_OVERRUN);
         let record = Record {
             tick: self.tick,
             counts: input.raw.cast_signed(),

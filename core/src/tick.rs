@@ -200,18 +200,13 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         }
     }
 
-    /// Position since the start, counts.
-    #[inline]
-    pub fn position_counts(&self, state: &encoder::State) -> i32 {
-        state
-            .turns
-            .wrapping_mul(self.encoder.counts_per_turn())
-            .wrapping_add(state.counts_in_turn)
-    }
-
     /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.
     fn position_rad(&self, state: &encoder::State) -> T {
-        T::of_count(self.position_counts(state)) * self.luenberger.settings().rad_per_count
+        let counts = state
+            .turns
+            .wrapping_mul(self.encoder.counts_per_turn())
+            .wrapping_add(state.counts_in_turn);
+        T::of_count(counts) * self.luenberger.settings().rad_per_count
     }
 }
 

@@ -175,12 +175,11 @@ impl Bounds<f32> {
             return Err(Refusal::Range);
         }
         let needs = experiment.needs(tick_s);
-        // Written so that a NaN fails it.
-        if !(needs.travel_rad <= self.travel_rad) {
+        if needs.travel_rad > self.travel_rad {
             Err(Refusal::Travel)
-        } else if !(needs.speed_rad_s <= self.speed_rad_s.min(limits.speed_rad_s)) {
+        } else if needs.speed_rad_s > self.speed_rad_s.min(limits.speed_rad_s) {
             Err(Refusal::Speed)
-        } else if !(needs.torque_nm <= self.torque_nm.min(limits.torque_nm)) {
+        } else if needs.torque_nm > self.torque_nm.min(limits.torque_nm) {
             Err(Refusal::Torque)
         } else {
             Ok(())
@@ -191,38 +190,44 @@ impl Bounds<f32> {
 /// Bounds as the tick compares them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Guard {
-    travel_counts: u32,
+    /// The encoder's counter at the lower end of the travel, and counts from there to the upper one.
+    lowest: u32,
+    span_counts: u32,
     speed_rad_s: f32,
     torque_nm: f32,
-    ticks_left: u32,
+    /// Number of the first tick that is too late.
+    over: u32,
 }
 
 impl Guard {
-    pub(crate) fn new(bounds: &Bounds<f32>, rad_per_count: f32) -> Self {
+    /// Of an experiment that begins in this tick at this reading of the counter.
+    pub(crate) fn new(bounds: &Bounds<f32>, rad_per_count: f32, tick: u32, raw: u32) -> Self {
+        let travel_counts = (bounds.travel_rad / rad_per_count) as u32;
         Self {
-            travel_counts: (bounds.travel_rad / rad_per_count) as u32,
+            lowest: raw.wrapping_sub(travel_counts),
+            // Beyond half of the counter's range there is no bound.
+            span_counts: travel_counts.saturating_mul(2),
             speed_rad_s: bounds.speed_rad_s,
             torque_nm: bounds.torque_nm,
-            ticks_left: bounds.ticks,
+            over: tick.wrapping_add(bounds.ticks),
         }
     }
 
-    /// One tick: position from the start, velocity, and the torque that the experiment or its loop asks for.
+    /// One tick: its number, the encoder's counter, velocity, and the torque that the experiment or its loop asks for.
     #[inline]
-    pub(crate) fn step(&mut self, counts: i32, velocity_rad_s: f32, wanted_nm: f32) -> End {
-        let left = self.ticks_left;
-        if left != 0
-            && counts.unsigned_abs() <= self.travel_counts
+    pub(crate) fn look(&self, tick: u32, raw: u32, velocity_rad_s: f32, wanted_nm: f32) -> End {
+        let travelled = raw.wrapping_sub(self.lowest);
+        if tick != self.over
+            && travelled <= self.span_counts
             && velocity_rad_s.abs() <= self.speed_rad_s
             && wanted_nm.abs() <= self.torque_nm
         {
-            self.ticks_left = left - 1;
             return End::None;
         }
         core::hint::cold_path();
-        if left == 0 {
+        if tick == self.over {
             End::Finished
-        } else if counts.unsigned_abs() > self.travel_counts {
+        } else if travelled > self.span_counts {
             End::Travel
         } else if velocity_rad_s.abs() > self.speed_rad_s {
             End::Speed
@@ -393,15 +398,25 @@ mod tests {
             torque_nm: 3.0,
             ticks: 2,
         };
-        let guard = || Guard::new(&bounds, 0.01);
-        assert_eq!(guard().step(-100, -2.0, -3.0), End::None);
-        assert_eq!(guard().step(-101, 0.0, 0.0), End::Travel);
-        assert_eq!(guard().step(i32::MIN, 0.0, 0.0), End::Travel);
-        assert_eq!(guard().step(0, -2.1, 0.0), End::Speed);
-        assert_eq!(guard().step(0, 0.0, -3.1), End::Torque);
-        let mut guard = guard();
+        // The counter wraps, and so does the number of the tick.
+        let start = 30_u32;
+        let guard = Guard::new(&bounds, 0.01, u32::MAX, start);
+        let open = Guard::new(&Bounds::open(5), 0.01, u32::MAX, start);
+        for (counts, velocity_rad_s, wanted_nm, end) in [
+            (-100, -2.0, -3.0, End::None),
+            (100, 2.0, 3.0, End::None),
+            (-101, 0.0, 0.0, End::Travel),
+            (101, 0.0, 0.0, End::Travel),
+            (i32::MIN, 0.0, 0.0, End::Travel),
+            (0, -2.1, 0.0, End::Speed),
+            (0, 0.0, -3.1, End::Torque),
+        ] {
+            let raw = start.wrapping_add_signed(counts);
+            assert_eq!(guard.look(0, raw, velocity_rad_s, wanted_nm), end);
+            assert_eq!(open.look(0, raw, velocity_rad_s, wanted_nm), End::None);
+        }
         assert_eq!(
-            [0, 0, 0].map(|_| guard.step(0, 0.0, 0.0)),
+            [u32::MAX, 0, 1].map(|tick| guard.look(tick, start, 0.0, 0.0)),
             [End::None, End::None, End::Finished]
         );
     }

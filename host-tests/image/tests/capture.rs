@@ -5,11 +5,10 @@ mod common;
 mod reference;
 
 use bristle_core::command::Command;
-use bristle_core::experiment::Bounds;
 use bristle_gap::capture::{Capture, Layout, Sample, Summary};
 use bristle_gap::log::Log;
 use bristle_image::host::Session;
-use reference::{SINE, on_the_host};
+use reference::{OPEN, SINE, on_the_host};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -54,7 +53,7 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let mut session = Session::new(&image, &table).unwrap();
     session.raw = Some(Box::new(File::create(&raw).unwrap()));
     session.arm().unwrap();
-    session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
+    session.ask(&Command::Play(SINE, OPEN)).unwrap();
     session.run(TICKS).unwrap();
 
     let summary = capture(&raw, &path);
@@ -69,7 +68,7 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let log = Log::read(&path).unwrap();
     assert_eq!((log.len(), log.gaps().len()), (records.len(), 0));
     let counts = &session.knobs.borrow().counts[..records.len()];
-    let host = on_the_host(records, counts);
+    let host = on_the_host(records, counts, &[(SINE, OPEN)]);
     let z = column(&log, "z_time_free_rad");
     let z_luenberger = column(&log, "z_luenberger_rad");
     let velocity = log.velocity.as_ref().unwrap();

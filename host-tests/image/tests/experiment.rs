@@ -5,10 +5,9 @@ mod common;
 mod reference;
 
 use bristle_core::command::{Command, Reply};
-use bristle_core::experiment::Bounds;
 use bristle_core::trace::Record;
 use bristle_image::host::Session;
-use reference::{SINE, on_the_host};
+use reference::{OPEN, SINE, on_the_host};
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -36,7 +35,7 @@ fn sine_from_reset_to_log_equals_the_host() {
     let table = common::table(&image);
     let mut session = Session::new(&image, &table).unwrap();
     let armed = session.arm().unwrap();
-    let reply = session.ask(&Command::Play(SINE, Bounds::open(u32::MAX))).unwrap();
+    let reply = session.ask(&Command::Play(SINE, OPEN)).unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     let begun = Instant::now();
     let first = session.ticks();
@@ -57,7 +56,7 @@ fn sine_from_reset_to_log_equals_the_host() {
             .zip(counts)
             .all(|(r, &c)| r.counts == c.cast_signed())
     );
-    let host = on_the_host(records, counts);
+    let host = on_the_host(records, counts, &[(SINE, OPEN)]);
     let moved = records.iter().map(|r| r.counts.abs()).max().unwrap();
     assert_eq!(host.len(), records.len());
     let mut differences = 0;

@@ -41,7 +41,9 @@ fn playing<'a>(
 ) -> (Session<'a>, u64) {
     let mut session = Session::new(image, table).unwrap();
     session.arm().unwrap();
-    let reply = session.ask(&Command::Play(experiment, Bounds::open(u32::MAX))).unwrap();
+    let reply = session
+        .ask(&Command::Play(experiment, Bounds::open(u32::MAX)))
+        .unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     session.run(12_500).unwrap();
     assert_eq!(session.faulted(0), None);

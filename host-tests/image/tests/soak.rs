@@ -26,7 +26,9 @@ fn a_minute_with_a_stalling_host() {
         amplitude_nm: 0.035,
         period_ticks: 10_000,
     };
-    session.ask(&Command::Play(sine, Bounds::open(u32::MAX))).unwrap();
+    session
+        .ask(&Command::Play(sine, Bounds::open(u32::MAX)))
+        .unwrap();
     session.keep = false;
     let begun = Instant::now();
     let first = session.ticks();

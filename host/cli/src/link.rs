@@ -2,8 +2,9 @@
 
 use crate::source::{connect, plain};
 use bristle_core::command::{Command, MOST_COMMAND_BYTES, Reply};
+use bristle_core::status::PROTOCOL_VERSION;
 use bristle_core::trace::{self, Status};
-use bristle_core::wire::{Decoder, Kind, MOST_PAYLOAD_BYTES, OVERHEAD_BYTES};
+use bristle_core::wire::{Decoder, Kind, MOST_PAYLOAD_BYTES, OVERHEAD_BYTES, Reader};
 use bristle_gap::InputError;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -21,6 +22,8 @@ const AGAIN: Duration = Duration::from_millis(50);
 enum Heard {
     Reply(u16, Reply),
     Status(Status),
+    /// Firmware of another form of the link.
+    Foreign(u32),
 }
 
 /// A link.
@@ -36,8 +39,13 @@ pub struct Link {
 }
 
 impl Link {
-    /// Connects. Without a server of their own, answers come over the same connection.
-    pub fn new(to: &str, answers: Option<&str>) -> Result<Self, InputError> {
+    /// Connects. Without a server of their own, answers come over the same connection. `pieces` gets everything that
+    /// comes, byte for byte.
+    pub fn new(
+        to: &str,
+        answers: Option<&str>,
+        pieces: Option<Sender<Vec<u8>>>,
+    ) -> Result<Self, InputError> {
         let open = |address: &str| {
             connect(address, &[]).map_err(|error| {
                 InputError::new(
@@ -53,7 +61,7 @@ impl Link {
             None => down.try_clone().map_err(|error| lost(to, &plain(&error)))?,
         };
         let (tell, heard) = channel();
-        std::thread::spawn(move || read(up, &tell));
+        std::thread::spawn(move || read(up, &tell, pieces.as_ref()));
         Ok(Self {
             name: to.to_owned(),
             down,
@@ -130,6 +138,13 @@ impl Link {
                 self.status = Some(status);
                 Ok(None)
             }
+            Ok(Heard::Foreign(version)) => Err(InputError::new(
+                &self.name,
+                format!(
+                    "the firmware speaks form {version} of the link, and this program knows {PROTOCOL_VERSION}"
+                ),
+                "use firmware and program of the same version",
+            )),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(lost(&self.name, "it was closed")),
         }
@@ -145,7 +160,7 @@ fn lost(name: &str, why: &str) -> InputError {
 }
 
 /// Tells of every answer and every change of status.
-fn read(mut up: TcpStream, tell: &Sender<Heard>) {
+fn read(mut up: TcpStream, tell: &Sender<Heard>, pieces: Option<&Sender<Vec<u8>>>) {
     let mut frames = Box::new(Decoder::<{ MOST_PAYLOAD_BYTES + OVERHEAD_BYTES }>::new());
     let mut buffer = vec![0; 1 << 14];
     let mut last = None;
@@ -155,6 +170,11 @@ fn read(mut up: TcpStream, tell: &Sender<Heard>) {
             Ok(count) => count,
         };
         let mut bytes = buffer.get(..count).unwrap_or_default();
+        if let Some(pieces) = pieces
+            && pieces.send(bytes.to_vec()).is_err()
+        {
+            return;
+        }
         while !bytes.is_empty() {
             let taken = frames.feed(bytes);
             bytes = bytes.get(taken..).unwrap_or_default();
@@ -167,7 +187,11 @@ fn read(mut up: TcpStream, tell: &Sender<Heard>) {
                         last = status.or(last);
                         changed.map(Heard::Status)
                     }
-                    Kind::Status | Kind::Command => None,
+                    Kind::Status => Reader(frame.payload)
+                        .u32()
+                        .filter(|&version| version != PROTOCOL_VERSION)
+                        .map(Heard::Foreign),
+                    Kind::Command => None,
                 };
                 if let Some(heard) = heard
                     && tell.send(heard).is_err()

@@ -1,16 +1,20 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
 mod bench;
+mod blind;
 mod capture;
 mod check;
 mod compare;
 mod diagnose;
 mod effects;
+mod image;
 mod link;
 mod observe;
 mod output;
 #[cfg(feature = "probe")]
 mod probe;
+mod remote;
+mod run;
 mod setup;
 mod simulate;
 mod source;
@@ -37,12 +41,14 @@ enum Command {
     Bench(bench::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
+    Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
     Diagnose(diagnose::Args),
     Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
     #[command(
@@ -76,12 +82,14 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Bench(args) => bench::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Diagnose(args) => diagnose::run(args),
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();

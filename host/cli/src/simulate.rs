@@ -1,9 +1,7 @@
 //! `bristle simulate`: the virtual axis under a recorded or built-in input.
 
 use crate::output::{self, Progress};
-use crate::setup::Setup;
-use bristle_gap::axis_file::EffectEntry;
-use bristle_gap::believed::Noise;
+use crate::setup::{Real, Setup};
 use bristle_gap::experiments::Named;
 use bristle_gap::output::{Values, write_columns};
 use bristle_gap::simulate::{self, Input, Simulated};
@@ -43,18 +41,8 @@ pub struct Args {
     /// Log to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// An effect to add, with its parameters, see `bristle effects`; may be given several times.
-    #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
-    effect: Vec<String>,
-    /// Torque noise on the rotor, rms (force on a linear axis).
-    #[arg(long, value_name = "N m", default_value_t = 0.0, value_parser = output::not_negative)]
-    torque_noise_nm: f64,
-    /// Noise of the position sensor before its quantisation, rms (m on a linear axis).
-    #[arg(long, value_name = "rad", default_value_t = 0.0, value_parser = output::not_negative)]
-    position_noise_rad: f64,
-    /// Seed of the noise.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    real: Real,
     /// Also write the true velocity, deflection and friction, which no log of a real axis has.
     #[arg(long)]
     truth: bool,
@@ -67,15 +55,9 @@ fn named() -> clap::builder::PossibleValuesParser {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
     let mut setup = Setup::new(Some(&args.axis))?;
-    for text in &args.effect {
-        setup.believed.effects.push(effect(text)?);
-    }
-    // Before any file is read: a name that does not exist is cheaper to mend now.
-    setup.believed.effects()?;
+    setup.believed = args.real.axis(&setup.believed)?;
     let log = args.input.as_ref().map(Log::read_input).transpose()?;
-    let experiment = Named::ALL
-        .into_iter()
-        .find(|named| args.experiment.as_deref() == Some(named.name()));
+    let experiment = args.experiment.as_deref().and_then(Named::from_name);
     let input = match (&log, experiment) {
         (Some(log), _) => Input::Log(log),
         (None, experiment) => Input::Experiment(experiment.unwrap_or(Named::Sine), args.seconds),
@@ -83,17 +65,13 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     if let Some(log) = &log {
         output::notices(&log.notices());
     }
-    let noise = Noise {
-        torque_nm: args.torque_noise_nm,
-        position_rad: args.position_noise_rad,
-    };
     let progress = Progress::new("simulate");
     let simulated = simulate::simulate(
         &input,
         &setup.file,
         &setup.believed,
-        noise,
-        args.seed,
+        args.real.noise(),
+        args.real.seed,
         |share| progress.set(share),
     )?;
     drop(progress);
@@ -104,31 +82,6 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         args.out.display()
     ));
     Ok(())
-}
-
-fn effect(text: &str) -> Result<EffectEntry, InputError> {
-    let wrong = |message: String| {
-        InputError::new(
-            format!("--effect {text}"),
-            message,
-            "write it as ID or ID:KEY=VALUE,KEY=VALUE",
-        )
-    };
-    let (id, rest) = text.split_once(':').unwrap_or((text, ""));
-    let mut parameters = Vec::new();
-    for pair in rest.split(',').filter(|pair| !pair.is_empty()) {
-        let (name, value) = pair
-            .split_once('=')
-            .ok_or_else(|| wrong(format!("`{pair}` has no value")))?;
-        let value: f64 = value
-            .parse()
-            .map_err(|_| wrong(format!("`{value}` is not a number")))?;
-        parameters.push((name.to_string(), value));
-    }
-    Ok(EffectEntry {
-        id: id.to_string(),
-        parameters,
-    })
 }
 
 fn write(args: &Args, simulated: &Simulated, unit: Unit) -> Result<(), InputError> {

@@ -106,7 +106,7 @@ impl FromStr for Word {
 pub fn run(args: &Args) -> Result<(), InputError> {
     let orders = orders(args)?;
     source::catch_interrupts();
-    let mut link = Link::new(&args.to, args.answers.as_deref())?;
+    let mut link = Link::new(&args.to, args.answers.as_deref(), None)?;
     let arms = args.orders.contains(&Word::Arm) || args.orders.contains(&Word::Start);
     let done = follow(&mut link, &orders).and_then(|()| {
         if arms {
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         // Whatever went wrong before is what the user should hear of.
         let ended = wind_down(&mut link);
         done?;
-        ended?;
+        output::print(&format!("stop, disarm: {}\n", ended?));
     } else {
         done?;
     }
@@ -205,7 +205,7 @@ fn follow(link: &mut Link, orders: &[(String, Command)]) -> Result<(), InputErro
 }
 
 /// The answer in words, or why the order was refused.
-fn accepted(name: &str, reply: Reply) -> Result<String, InputError> {
+pub fn accepted(name: &str, reply: Reply) -> Result<String, InputError> {
     let refused = |why: String, remedy: &str| Err(InputError::new(name, why, remedy));
     match reply {
         Reply::Accepted { parameter_version } => Ok(format!(
@@ -245,7 +245,7 @@ fn accepted(name: &str, reply: Reply) -> Result<String, InputError> {
 }
 
 /// Waits until the samples say that it is armed: the answer only says that the order has arrived.
-fn armed(link: &mut Link) -> Result<(), InputError> {
+pub fn armed(link: &mut Link) -> Result<(), InputError> {
     let until = Instant::now() + SHOWS;
     loop {
         link.listen(Duration::from_millis(10))?;
@@ -293,14 +293,12 @@ fn hold(link: &mut Link, time: Duration) -> Result<(), InputError> {
 }
 
 /// Torque down by a ramp, then the drive away.
-fn wind_down(link: &mut Link) -> Result<(), InputError> {
+pub fn wind_down(link: &mut Link) -> Result<String, InputError> {
     let stopped = link.ask(&Command::Stop);
     let _ = link.listen(SHOWS);
     let disarmed = link.ask(&Command::Disarm);
     accepted("stop", stopped?)?;
-    let answer = accepted("disarm", disarmed?)?;
-    output::print(&format!("stop, disarm: {answer}\n"));
-    Ok(())
+    accepted("disarm", disarmed?)
 }
 
 #[cfg(test)]

@@ -12,19 +12,29 @@ pub const SINE: Experiment<f32> = Experiment::Sine {
     period_ticks: 10_000,
 };
 
-/// The host's run of `core` on the counts that the image saw, with the orders at the ticks at which they show.
-pub fn on_the_host(records: &[Record], counts: &[u32]) -> Vec<Record> {
+/// Nothing but the supervisor's limits, for ever.
+pub const OPEN: Bounds<f32> = Bounds::open(u32::MAX);
+
+/// The host's run of `core` on the counts that the image saw: these experiments one after the other, with the orders at
+/// the ticks at which they show.
+pub fn on_the_host(
+    records: &[Record],
+    counts: &[u32],
+    plays: &[(Experiment<f32>, Bounds<f32>)],
+) -> Vec<Record> {
     let config = BENCH.build(1e-4, 1).unwrap();
     let mut controller = Controller::new(&config, 0, false);
     let armed = |r: &Record| r.status.state() == Some(State::Armed);
-    let plays = |r: &Record| r.status.flags() & FLAG_EXPERIMENT != 0;
     let arm = records.iter().position(armed);
-    let play = records.iter().position(plays);
+    let mut plays = plays.iter();
+    let mut played = false;
     let step = |(i, &raw): (usize, &u32)| {
+        let before = played;
+        played = records[i].status.flags() & FLAG_EXPERIMENT != 0;
         let order = if Some(i) == arm {
             Some(Order::Request(Request::Arm))
-        } else if Some(i) == play {
-            Some(Order::Play(SINE, Bounds::open(u32::MAX)))
+        } else if played && !before {
+            plays.next().map(|play| Order::Play(play.0, play.1))
         } else {
             // Only so that it does not time out; when they come makes no difference.
             (i % 500 == 0).then_some(Order::Request(Request::KeepAlive))

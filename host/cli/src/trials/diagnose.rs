@@ -1,9 +1,8 @@
 //! `bristle trials diagnose`: the diagnosis on axes whose effects are known.
 
+use super::score::{self, Case, Expected};
 use crate::output::{self, Progress};
-use bristle_gap::diagnose::{catalogue, search};
-use bristle_gap::inverse::Record;
-use bristle_gap::report::Table;
+use bristle_gap::diagnose::{Diagnosis, Options, catalogue, diagnose};
 use bristle_gap::trial::{self, Trial, Wanted};
 use bristle_gap::{Believed, InputError};
 use rayon::prelude::*;
@@ -13,122 +12,154 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Diagnose virtual axes whose effects are known, and count.
+///
+/// Every trial is a rotary or linear axis with friction, encoder, noise, control and two to five experiments drawn by its
+/// seed. `#` numbers in the table are seeds: --cases 1 --seed N --effect ID draws that trial again.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  bristle trials diagnose --cases 62\n  bristle trials diagnose --effect \
                         actuator.cogging --share 1 --cases 20\n  bristle trials diagnose --kind clean --cases 50 \
-                        --json clean.json"
+                        --json clean.json\n  bristle trials diagnose --cases 310 --docs docs/diagnosis.md"
 )]
 pub struct Args {
-    /// Trials in all; with `--kind effect` they go round the catalogue.
+    /// Trials in all; they go round the catalogue.
     #[arg(long, default_value_t = 62)]
     cases: usize,
     /// Seed of the first trial; the others follow on.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Gap that an effect makes, as a share of the noise floor (rms).
+    /// Gap that an effect makes, as a share of the floor (rms).
     #[arg(long, default_value_t = 4.0, value_parser = output::positive)]
     share: f64,
-    /// Largest error of a parameter of the axis file.
+    /// Largest error of a parameter of the axis file, as a share of it; clean axes have none.
     #[arg(long, default_value_t = 0.1, value_parser = output::not_negative)]
     parameter_error: f64,
-    /// Only this effect.
+    /// Only this effect, or beside it a second one with --kind pairs.
     #[arg(long, value_name = "ID")]
     effect: Option<String>,
-    /// What is on the axis.
+    /// What is on the axes.
     #[arg(long, value_enum, default_value_t = Kind::Effect)]
     kind: Kind,
-    /// Every case as JSON, to a file or to standard output (-).
+    /// One trial after the other, so that the time of each is its own.
+    #[arg(long)]
+    timed: bool,
+    /// Every case with its whole diagnosis as JSON, to a file or to standard output (-).
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// A Markdown file that takes the tables: between the marks of this kind and share, or at its end.
+    #[arg(long, value_name = "FILE")]
+    docs: Option<PathBuf>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 enum Kind {
     /// One effect.
     Effect,
-    /// None, and right parameters.
+    /// No effect, and right parameters.
     Clean,
-    /// None, and wrong parameters.
+    /// No effect, and wrong parameters.
     Parameters,
     /// Two effects.
     Pairs,
-    /// One that the diagnosis does not know of.
+    /// One effect, which the diagnosis does not know of.
     LeftOut,
 }
 
-/// What was there and what came out.
-#[derive(Clone, Debug, Serialize)]
-struct Case {
-    seed: u64,
-    truth: Vec<&'static str>,
-    share: f64,
-    model: String,
-    rate_hz: f64,
-    experiments: Vec<&'static str>,
-    answer: Option<Answer>,
-}
+impl Kind {
+    fn expected(self) -> Expected {
+        match self {
+            Self::Effect | Self::Pairs => Expected::Effects,
+            Self::Clean => Expected::None,
+            Self::Parameters => Expected::Parameters,
+            Self::LeftOut => Expected::Unknown,
+        }
+    }
 
-#[derive(Clone, Debug, Serialize)]
-struct Answer {
-    kind: String,
-    effects: Vec<String>,
-    probability: f64,
-    /// Place of the truth among the candidates, from 1.
-    place: Option<usize>,
-    ranking: Vec<(String, f64)>,
-    seconds: f64,
+    fn title(self, args: &Args) -> String {
+        let gap = format!("gap {} times the floor", args.share);
+        match self {
+            Self::Effect => format!("One effect, {gap}"),
+            Self::Clean => "No effect, right parameters".to_string(),
+            Self::Parameters => format!(
+                "No effect, parameters wrong by up to {} %",
+                100.0 * args.parameter_error
+            ),
+            Self::Pairs => format!("Two effects, each with a {gap}"),
+            Self::LeftOut => format!("An effect that the catalogue lacks, {gap}"),
+        }
+    }
 }
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
-    let known: Vec<&'static str> = catalogue().iter().map(|entry| entry.id).collect();
-    let ids: Vec<&'static str> = match &args.effect {
-        None => known,
-        Some(id) => match known.iter().find(|known| *known == id) {
-            Some(id) => vec![id],
-            None => {
-                return Err(InputError::new(
-                    format!("--effect {id}"),
-                    "does not exist",
-                    format!("take one of {}", known.join(", ")),
-                ));
-            }
-        },
-    };
+    let ids = ids(args.effect.as_deref())?;
     let progress = Progress::new("trials");
     let done = AtomicUsize::new(0);
-    let cases: Result<Vec<Case>, InputError> = (0..args.cases)
-        .into_par_iter()
-        .map(|k| {
-            let case = case(args, &ids, k);
-            progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / args.cases as f64);
-            case
-        })
-        .collect();
+    let one = |k: usize| {
+        let case = case(args, &ids, k);
+        progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / args.cases as f64);
+        case
+    };
+    let cases: Result<Vec<Case>, InputError> = if args.timed {
+        (0..args.cases).map(one).collect()
+    } else {
+        (0..args.cases).into_par_iter().map(one).collect()
+    };
     drop(progress);
     let cases = cases?;
     output::write_json(args.json.as_deref(), &cases)?;
+    let tables = score::tables(&args.kind.title(args), &cases);
     if !output::json_on_stdout(args.json.as_deref()) {
-        output::print_words(&table(args, &cases));
+        for table in &tables {
+            output::print_words(table);
+        }
     }
-    Ok(())
+    match &args.docs {
+        Some(path) => score::write_docs(
+            path,
+            &output::command_line(),
+            &args.kind.title(args),
+            &tables,
+        ),
+        None => Ok(()),
+    }
+}
+
+fn ids(only: Option<&str>) -> Result<Vec<&'static str>, InputError> {
+    let known: Vec<&'static str> = catalogue().iter().map(|entry| entry.id).collect();
+    let Some(id) = only else {
+        return Ok(known);
+    };
+    match known.iter().find(|known| **known == id) {
+        Some(id) => Ok(vec![id]),
+        None => Err(InputError::new(
+            format!("--effect {id}"),
+            "does not exist",
+            format!("take one of {}", known.join(", ")),
+        )),
+    }
 }
 
 fn case(args: &Args, ids: &[&'static str], k: usize) -> Result<Case, InputError> {
     let seed = args.seed + k as u64;
-    let first = ids[k % ids.len()];
+    // The seed and not the place says which effect, so that a trial of a run can be drawn again alone.
+    let turn = seed as usize;
+    let first = ids[turn % ids.len()];
     let effects = match args.kind {
         Kind::Clean | Kind::Parameters => Vec::new(),
         Kind::Effect | Kind::LeftOut => vec![first],
         Kind::Pairs => {
-            let all = catalogue();
-            let second = all[(k * 7 + 3 + k / all.len()) % all.len()].id;
-            if second == first {
-                vec![first]
-            } else {
-                vec![first, second]
-            }
+            // A different partner on every way round the catalogue.
+            let others: Vec<&'static str> = catalogue()
+                .iter()
+                .map(|entry| entry.id)
+                .filter(|id| *id != first)
+                .collect();
+            vec![
+                first,
+                others[(7 * turn + turn / others.len()) % others.len()],
+            ]
         }
     };
     let wanted = Wanted {
@@ -141,135 +172,27 @@ fn case(args: &Args, ids: &[&'static str], k: usize) -> Result<Case, InputError>
         },
     };
     let drawn = trial::draw(seed, &wanted)?;
-    let mut case = Case {
+    let left_out = (args.kind == Kind::LeftOut).then_some(first);
+    let start = Instant::now();
+    let diagnosis = drawn
+        .as_ref()
+        .map(|trial| answer(trial, left_out))
+        .transpose()?;
+    Ok(Case::new(
         seed,
-        truth: wanted.effects.clone(),
-        share: 0.0,
-        model: String::new(),
-        rate_hz: 0.0,
-        experiments: Vec::new(),
-        answer: None,
-    };
-    if let Some(trial) = drawn {
-        case.share = trial.gap_nm / trial.floor_nm;
-        case.model = trial
-            .axis
-            .friction
-            .model
-            .map_or(String::new(), |model| model.name().to_string());
-        case.rate_hz = 1.0 / trial.logs[0].median_step_s();
-        case.experiments = trial.experiments.clone();
-        let left_out = (args.kind == Kind::LeftOut).then_some(first);
-        case.answer = Some(answer(&trial, left_out)?);
-    }
-    Ok(case)
+        &wanted.effects,
+        drawn.as_ref(),
+        diagnosis,
+        start.elapsed().as_secs_f64(),
+        args.kind.expected(),
+    ))
 }
 
 /// What the diagnosis says. `left_out` is an effect that it may not accuse.
-fn answer(trial: &Trial, left_out: Option<&str>) -> Result<Answer, InputError> {
-    let start = Instant::now();
+fn answer(trial: &Trial, left_out: Option<&str>) -> Result<Diagnosis, InputError> {
     let believed = Believed::new(&trial.axis, &trial.path)?;
-    let records = trial
-        .logs
-        .iter()
-        .map(|log| Record::new(log, &trial.axis, &believed, &[]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut list = catalogue();
-    list.retain(|entry| Some(entry.id) != left_out);
-    let found = search(records, &believed, &list, &|_| ())?;
-    let ranking: Vec<(String, f64)> = found
-        .single
-        .iter()
-        .map(|one| (one.ids().join(" + "), one.score - found.base.score))
-        .collect();
-    let best = ranking.first().filter(|(_, gain)| *gain > LEAST_GAIN);
-    let place = |id: &str| ranking.iter().position(|(one, _)| one == id).map(|i| i + 1);
-    Ok(Answer {
-        kind: if best.is_some() { "effect" } else { "none" }.to_string(),
-        effects: best.map(|(id, _)| id.clone()).into_iter().collect(),
-        probability: 1.0,
-        place: trial.effects.first().and_then(|id| place(id)),
-        ranking,
-        seconds: start.elapsed().as_secs_f64(),
-    })
-}
-
-/// Gain in held-out log density that an effect must bring.
-const LEAST_GAIN: f64 = 10.0;
-
-fn table(args: &Args, cases: &[Case]) -> Table {
-    let mut names: Vec<String> = cases.iter().map(|case| case.truth.join(" + ")).collect();
-    names.sort_unstable();
-    names.dedup();
-    let mut rows = Vec::new();
-    let mut totals = [0; 5];
-    for name in names {
-        let of: Vec<&Case> = cases
-            .iter()
-            .filter(|case| case.truth.join(" + ") == name)
-            .collect();
-        let mut counts = [0; 5];
-        let mut wrong: Vec<String> = Vec::new();
-        for case in &of {
-            counts[0] += 1;
-            let Some(answer) = &case.answer else {
-                counts[4] += 1;
-                continue;
-            };
-            let said = answer.effects.join(" + ");
-            if said == name {
-                counts[1] += 1;
-            } else if said.is_empty() {
-                counts[3] += 1;
-            } else {
-                counts[2] += 1;
-                let place = answer
-                    .place
-                    .map_or("-".to_string(), |place| place.to_string());
-                wrong.push(format!("{said} (#{}, truth at {place})", case.seed));
-            }
-        }
-        for (total, count) in totals.iter_mut().zip(counts) {
-            *total += count;
-        }
-        rows.push(row(
-            if name.is_empty() { "none" } else { &name },
-            counts,
-            &wrong,
-        ));
-    }
-    rows.push(row("all", totals, &[]));
-    let mut seconds: Vec<f64> = cases
-        .iter()
-        .filter_map(|case| case.answer.as_ref().map(|answer| answer.seconds))
-        .collect();
-    seconds.sort_by(f64::total_cmp);
-    let median = seconds.get(seconds.len() / 2).copied().unwrap_or(0.0);
-    Table {
-        caption: format!(
-            "Gap {} times the floor, seeds from {}; median {} s a case",
-            args.share,
-            args.seed,
-            output::short(median)
-        ),
-        header: [
-            "truth",
-            "cases",
-            "right",
-            "wrong",
-            "none",
-            "not showable",
-            "wrong as",
-        ]
-        .map(str::to_string)
-        .to_vec(),
-        rows,
-    }
-}
-
-fn row(name: &str, counts: [usize; 5], wrong: &[String]) -> Vec<String> {
-    let mut row = vec![name.to_string()];
-    row.extend(counts.map(|count| count.to_string()));
-    row.push(wrong.join("; "));
-    row
+    let mut options = Options::default();
+    options.catalogue.retain(|entry| Some(entry.id) != left_out);
+    let (diagnosis, _) = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ())?;
+    Ok(diagnosis)
 }

@@ -1,6 +1,7 @@
 //! `bristle trials`: how often the right answer comes out, on virtual axes drawn by seed.
 
 mod diagnose;
+mod score;
 
 use bristle_gap::InputError;
 use clap::Subcommand;

@@ -13,6 +13,7 @@ mod report;
 mod reproduce;
 mod result;
 mod search;
+mod signature;
 mod spectrum;
 mod verdict;
 mod words;

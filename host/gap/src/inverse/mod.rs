@@ -8,6 +8,7 @@ mod kernel;
 mod model;
 mod motion;
 mod record;
+mod sensor;
 
 pub use base::scale;
 pub use fit::{Fit, fit, fit_near};
@@ -15,3 +16,4 @@ pub use follow::{Later, Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, Free, Model, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};
+pub use sensor::Shown;

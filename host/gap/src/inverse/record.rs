@@ -2,6 +2,7 @@
 
 use super::kernel::Kernel;
 use super::motion::{position_noise_rad, smooth};
+use super::sensor::{Shown, shown};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -39,8 +40,10 @@ pub struct Record {
     pub position_noise_rad: f64,
     /// Noise of effort after averaging, N m rms, as its second differences show it.
     pub effort_noise_nm: f64,
-    /// Travel of a count as the log shows or the axis file says it, rad.
+    /// Travel of a count as the axis file says it, rad.
     pub rad_per_count: f64,
+    /// What the positions say of their sensor.
+    pub sensor: Shown,
 }
 
 /// An even stretch without gaps; one entry a sample.
@@ -141,6 +144,7 @@ impl Record {
             position_noise_rad: noise_rad,
             effort_noise_nm,
             rad_per_count: believed.rad_per_count(),
+            sensor: shown(&position, original_s),
         })
     }
 

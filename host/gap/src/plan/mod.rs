@@ -129,14 +129,14 @@ impl Step {
             ),
         ] {
             let (key, of_axis, unit) = bound.names(axis.unit);
-            if !(value <= limit) {
+            if value > limit || value.is_nan() {
                 return fault(
                     key,
                     format!("{key} is {value:?}, and the axis allows {limit:?} {unit}"),
                     &format!("lower it, or raise {of_axis} in the axis file"),
                 );
             }
-            if !(need <= value) {
+            if need > value {
                 return fault(
                     "kind",
                     format!(

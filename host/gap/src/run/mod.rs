@@ -73,7 +73,7 @@ pub enum Phase {
 }
 
 impl Seen {
-    /// Takes the next sample of a bench, a second or less from tick to tick at `rate_hz`.
+    /// Takes the next sample of a bench of so many ticks a second.
     pub fn sample(&mut self, sample: &Sample, rate_hz: f64) -> Phase {
         let status = sample.record.status;
         if status.flags() & FLAG_EXPERIMENT != 0 {
@@ -106,6 +106,8 @@ pub struct Done {
     pub seen: Seen,
     /// Seconds it was to play.
     pub planned_s: f64,
+    /// Seconds it played.
+    pub played_s: f64,
     /// Furthest from where it began, rad.
     pub travel_rad: f64,
     /// Fastest by the observer, rad/s.
@@ -157,10 +159,11 @@ impl Run<'_> {
                 return Ok(());
             }
             let path = place(number, step);
-            let done = self.record(bench, (number, step), offset_rad, &path, watch)?;
+            let (done, played) = self.record(bench, (number, step), offset_rad, &path, watch)?;
             let (end, fault) = (done.seen.end, done.seen.fault);
             let name = done.name;
             watch.done(done);
+            played?;
             if end == End::Fault {
                 return Err(InputError::new(
                     path,
@@ -223,6 +226,7 @@ impl Run<'_> {
         ))
     }
 
+    /// Plays one into its log. What was recorded is kept where the bench is lost on the way.
     fn record(
         &self,
         bench: &mut dyn Bench,
@@ -230,7 +234,7 @@ impl Run<'_> {
         offset_rad: f64,
         path: &Path,
         watch: &mut dyn Watch,
-    ) -> Result<Done, InputError> {
+    ) -> Result<(Done, Result<(), InputError>), InputError> {
         let axis = self.axis;
         // The axis may go no further from the plan's beginning than its limit.
         let room_rad = travel_limit_rad(axis) - offset_rad.abs();
@@ -245,6 +249,7 @@ impl Run<'_> {
             log: None,
             seen: Seen::default(),
             planned_s: step.seconds(axis).0,
+            played_s: 0.0,
             travel_rad: 0.0,
             speed_rad_s: 0.0,
             torque_nm: 0.0,
@@ -254,11 +259,13 @@ impl Run<'_> {
         written.map_err(|error| file.fail(&error))?;
         let mut first = None;
         let mut samples = 0;
+        let mut writable = true;
         let experiment = in_single_precision(&step.experiment);
-        done.seen = bench.play(&experiment, &bounds, &mut |sample, truth| {
+        let played = bench.play(&experiment, &bounds, &mut |sample, truth| {
             let record = &sample.record;
             if record.torque_ref_nm.is_finite() && record.velocity_rad_s.is_finite() {
                 let written = self.layout.row(&mut file, sample, truth);
+                writable = written.is_ok();
                 written.map_err(|error| file.fail(&error))?;
                 let travel = (sample.counts - *first.get_or_insert(sample.counts)) as f64;
                 done.travel_rad = done.travel_rad.max(travel.abs() * axis.rad_per_count());
@@ -270,12 +277,17 @@ impl Run<'_> {
             }
             samples += 1;
             Ok(watch.go_on())
-        })?;
-        if done.seen.samples >= 2 {
+        });
+        done.seen = *played.as_ref().unwrap_or(&Seen {
+            samples,
+            ..Seen::default()
+        });
+        done.played_s = (done.seen.samples + done.seen.lost) as f64 / axis.rate_hz;
+        if done.seen.samples >= 2 && writable {
             file.commit()?;
             done.log = Some(path.to_path_buf());
         }
-        Ok(done)
+        Ok((done, played.map(|_| ())))
     }
 }
 

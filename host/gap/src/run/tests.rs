@@ -276,6 +276,84 @@ fn an_axis_that_drifts_is_brought_back_within_its_travel() {
 }
 
 #[test]
+fn an_experiment_has_the_room_that_is_left_of_the_travel() {
+    let text = include_str!("../../../../axes/bench.toml").to_owned();
+    let axis = axis(&(text + "[drive]\ntravel_limit_rad = 3.0\n"));
+    let mut real = axis.clone();
+    // Drifts one way under the sine.
+    real.effects.push(EffectEntry {
+        id: "mechanics.offset".to_owned(),
+        parameters: vec![("torque_nm".to_owned(), 0.006)],
+    });
+    let mut first = Step::new(Named::Sine, &axis);
+    first.bounds.travel_rad = 1.2;
+    let mut second = Step::new(Named::Sine, &axis);
+    second.bounds.ticks = 200_000;
+    let mut notes = Notes::default();
+    let (_folder, played) = play(&Plan::new(vec![first, second]), &axis, &real, &mut notes);
+    played.unwrap();
+    let farthest = |done: &Done| {
+        let log = Log::read(done.log.as_ref().unwrap()).unwrap();
+        let counts = log.position.values.iter();
+        counts.fold(0.0_f64, |most, counts| most.max(counts.abs())) * axis.rad_per_count()
+    };
+    assert!(notes.done.iter().all(|done| done.seen.end == End::Travel));
+    // From where the plan began, not from where the second experiment did.
+    let reached = farthest(&notes.done[1]);
+    assert!((2.9..=3.0 + 1e-9).contains(&reached), "{reached}");
+    assert!(notes.done[1].travel_rad < 2.0);
+}
+
+/// A virtual axis whose link breaks after so many samples.
+struct Breaking(Virtual, u64);
+
+impl Bench for Breaking {
+    fn play(
+        &mut self,
+        experiment: &Experiment<f32>,
+        bounds: &Bounds<f32>,
+        take: &mut Take<'_>,
+    ) -> Result<Seen, InputError> {
+        let left = &mut self.1;
+        self.0.play(experiment, bounds, &mut |sample, truth| {
+            if *left == 0 {
+                return Err(InputError::new("link", "it broke", "mend it"));
+            }
+            *left -= 1;
+            take(sample, truth)
+        })
+    }
+
+    fn rest(&mut self, ticks: u32, go_on: &dyn Fn() -> bool) -> Result<(), InputError> {
+        self.0.rest(ticks, go_on)
+    }
+
+    fn counts(&self) -> i64 {
+        self.0.counts()
+    }
+}
+
+#[test]
+fn a_link_that_breaks_keeps_what_was_recorded() {
+    let axis = bench();
+    let plan = Plan::new(vec![Step::new(Named::Sine, &axis); 2]);
+    let folder = tempfile::tempdir().unwrap();
+    let virtual_axis = Virtual::new(&axis, &axis, Noise::default(), 1).unwrap();
+    let run = Run {
+        axis: &axis,
+        layout: layout(axis.unit),
+    };
+    let mut notes = Notes::default();
+    let place = |number: usize, _: &Step| folder.path().join(format!("{number}.csv"));
+    let mut bench = Breaking(virtual_axis, 1234);
+    let error = run.play(&plan, &mut bench, &place, &mut notes).unwrap_err();
+    assert_eq!(error.to_string(), "link: it broke; mend it");
+    assert_eq!(notes.done.len(), 1);
+    let log = Log::read(notes.done[0].log.as_ref().unwrap()).unwrap();
+    assert_eq!(log.len(), 1234);
+}
+
+#[test]
 fn what_asks_for_too_much_does_not_begin() {
     let axis = bench();
     let mut step = Step::new(Named::Moves, &axis);

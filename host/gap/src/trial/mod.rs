@@ -205,10 +205,13 @@ impl Attempt<'_> {
 
     /// The level at which an effect alone makes the gap that is wanted. None: no usual size does.
     fn level(&self, draft: &Draft, floor_nm: f64, share: f64) -> Result<Option<f64>, InputError> {
-        let most = draft.most();
+        let (least, most) = (draft.least(), draft.most());
+        if least > most {
+            return Ok(None);
+        }
         // Brackets in the logarithm of the level, and of the share there.
         let (mut low, mut high): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
-        let mut level = most.min(1.0);
+        let mut level = 1.0_f64.clamp(least, most);
         for _ in 0..SIZES {
             let mut truth = self.plant.axis.clone();
             truth.effects.push(draft.at(level));
@@ -226,6 +229,9 @@ impl Attempt<'_> {
                 }
                 low = Some([level, reached.max(0.05)]);
             } else {
+                if level <= least {
+                    return Ok(None);
+                }
                 high = Some([level, reached]);
             }
             level = match (low, high) {
@@ -235,7 +241,7 @@ impl Attempt<'_> {
                 }
                 (Some([l, _]), Some([h, _])) => (l * h).sqrt(),
                 (Some([l, a]), None) => (l * (share / a).clamp(1.1, 8.0)).min(most),
-                (None, Some([h, b])) => h * (share / b).clamp(0.05, 0.9),
+                (None, Some([h, b])) => (h * (share / b).clamp(0.05, 0.9)).max(least),
                 (None, None) => level,
             };
         }

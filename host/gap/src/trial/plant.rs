@@ -58,7 +58,10 @@ impl Plant {
         let turns = dice.decades(1.5, 8.0);
         let stroke_rad = TAU * turns * per_rad;
         let top_speed_rad_s = stroke_rad * dice.between(1.0, 2.5);
-        let coulomb = dice.decades(0.01, 2.0) / per_rad;
+        let coulomb = match unit {
+            Unit::Rotary => dice.decades(0.01, 2.0),
+            Unit::Linear => dice.decades(3.0, 300.0),
+        };
         // What friction alone brakes it by, rad/s^2.
         let braking = dice.decades(40.0, 800.0) * per_rad;
         let inertia = coulomb / braking;

@@ -39,7 +39,7 @@ pub fn record(
         truth.torque_limit_nm(),
         step_s,
     )
-    .map_err(|error| InputError::new(&plant_name(seed), error.to_string(), "draw another axis"))?;
+    .map_err(|error| InputError::new(plant_name(seed), error.to_string(), "draw another axis"))?;
     let mut state = State::default();
     // The drive's estimate of speed: differences of counts through a first-order filter well above the loop.
     let passes = 1.0 - (-4.0 * bandwidth * step_s).exp();
@@ -58,7 +58,7 @@ pub fn record(
         axis.advance(asked + added_nm);
         let truth = axis.truth();
         let speed = truth.motion.velocity_rad_s.abs();
-        if !(speed < RUN_AWAY * plant.top_speed_rad_s) {
+        if speed.is_nan() || speed > RUN_AWAY * plant.top_speed_rad_s {
             return Ok(None);
         }
         torques.push(truth.torque_nm + plant.measured_noise_nm * dice.normal());

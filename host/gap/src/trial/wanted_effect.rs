@@ -17,14 +17,19 @@ pub struct Draft {
     sizes: Vec<usize>,
     ranges: Vec<[f64; 2]>,
     unit: Unit,
+    rad_per_count: f64,
 }
 
 /// Waves between the ends of the stroke that an effect of position has at least.
 const LEAST_WAVES: f64 = 1.2;
 /// Waves a second at the highest speed that can be told from noise, Hz.
 const FASTEST_WAVE_HZ: f64 = 150.0;
-/// Sizes may pass the usual range by so much.
+/// Slots or poles repeat more often than a turn does: a wave a turn would be an unbalance.
+const LEAST_COGGING: f64 = 4.0;
+/// Sizes may pass the usual range by so much, either way.
 const BEYOND: f64 = 1.5;
+/// A deflection of fewer counts no encoder shows.
+const LEAST_COUNTS: f64 = 3.0;
 
 impl Draft {
     /// Draws the shape of an effect on an axis of a scale.
@@ -56,6 +61,10 @@ impl Draft {
                 Kind::Size => 0.3 * high,
                 Kind::Limit => high,
                 Kind::Order => {
+                    let low = match entry.id {
+                        "actuator.cogging" => low.max(LEAST_COGGING),
+                        _ => low,
+                    };
                     let most = (FASTEST_WAVE_HZ / scale.top_speed_rad_s * one_turn(scale.unit))
                         .min(high)
                         .max(low);
@@ -80,6 +89,7 @@ impl Draft {
             sizes,
             ranges,
             unit: scale.unit,
+            rad_per_count: scale.rad_per_count,
         };
         draft.place(dice, scale);
         draft
@@ -122,6 +132,24 @@ impl Draft {
                 }
             })
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lowest level that is usual; zero where the range begins there.
+    pub fn least(&self) -> f64 {
+        self.sizes
+            .iter()
+            .map(|&i| {
+                let parameter = &self.entry.parameters[i];
+                let [low, high] = self.ranges[i];
+                if parameter.kind == Kind::Limit || low <= 0.0 {
+                    0.0
+                } else if parameter.name.starts_with("z_ss") {
+                    low.max((LEAST_COUNTS * self.rad_per_count).min(high)) / self.values[i]
+                } else {
+                    low / BEYOND / self.values[i]
+                }
+            })
+            .fold(0.0, f64::max)
     }
 
     /// Values at a level.

@@ -1,0 +1,206 @@
+//! The firmware behind a link as a bench, on its board or in the emulator: orders down, every sample up.
+
+use crate::link::Link;
+use crate::target::{accepted, armed, wind_down};
+use bristle_core::command::{Command, Reply, parameter};
+use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::supervisor::{Fault, State};
+use bristle_gap::capture::{Capture, Sample};
+use bristle_gap::run::{Bench, Phase, Seen, Take};
+use bristle_gap::{Believed, InputError, Unit};
+use std::convert::Infallible;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// Ticks a second of the firmware.
+pub const RATE_HZ: f64 = 10_000.0;
+/// Time between two looks at what has come.
+const LOOK: Duration = Duration::from_millis(20);
+/// Time in which a running firmware has sent something, and an order shows.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The link, and what came over it.
+pub struct Remote {
+    name: String,
+    link: Link,
+    pieces: Receiver<Vec<u8>>,
+    capture: Capture,
+    /// Samples that came since they were last looked at.
+    fresh: Vec<Sample>,
+    last: Option<Sample>,
+    heard: Instant,
+}
+
+impl Remote {
+    /// Connects and arms. The firmware must be of the same encoder as `axis`.
+    pub fn new(to: &str, answers: Option<&str>, axis: &Believed) -> Result<Self, InputError> {
+        check(axis)?;
+        let (send, pieces) = channel();
+        let mut remote = Self {
+            name: to.to_owned(),
+            link: Link::new(to, answers, Some(send))?,
+            pieces,
+            capture: Capture::new(RATE_HZ),
+            fresh: Vec::new(),
+            last: None,
+            heard: Instant::now(),
+        };
+        // The state, and the form of the link, which comes ten times a second.
+        let state = |remote: &Self| remote.link.status().and_then(|status| status.state());
+        let begun = Instant::now();
+        while matches!(state(&remote), None | Some(State::Boot))
+            || remote.capture.summary().report.is_none()
+        {
+            remote.listen()?;
+            if begun.elapsed() > PATIENCE {
+                return Err(InputError::new(
+                    to,
+                    "samples come, but no status of the firmware",
+                    "see that all of RTT up channel 1 is served, byte for byte",
+                ));
+            }
+        }
+        remote.agrees(axis)?;
+        if state(&remote) == Some(State::Idle) {
+            accepted("arm", remote.link.ask(&Command::Arm)?)?;
+        }
+        armed(&mut remote.link)?;
+        Ok(remote)
+    }
+
+    /// Whether the firmware counts as the axis file says.
+    fn agrees(&mut self, axis: &Believed) -> Result<(), InputError> {
+        let Some(number) = parameter("counts_per_rev") else {
+            return Ok(());
+        };
+        let expected = axis.counts_per_turn;
+        match self.link.ask(&Command::Get(number))? {
+            Reply::Value { value, .. } if f64::from(value) == expected => Ok(()),
+            Reply::Value { value, .. } => Err(InputError::new(
+                &self.name,
+                format!("the firmware has {value} counts a turn, and the axis file {expected}"),
+                "mend the axis file, or: bristle target counts_per_rev=...",
+            )),
+            reply => accepted("counts_per_rev", reply).map(|_| ()),
+        }
+    }
+
+    /// Takes what has come, and keeps the firmware alive.
+    fn listen(&mut self) -> Result<(), InputError> {
+        self.link.listen(LOOK)?;
+        let before = self.fresh.len();
+        for piece in self.pieces.try_iter() {
+            let fresh = &mut self.fresh;
+            let taken = self.capture.feed(&piece, |sample| {
+                fresh.push(*sample);
+                Ok::<(), Infallible>(())
+            });
+            match taken {
+                Ok(()) => {}
+            }
+        }
+        self.last = self.fresh.last().copied().or(self.last);
+        if self.fresh.len() > before {
+            self.heard = Instant::now();
+        } else if self.heard.elapsed() > PATIENCE {
+            return Err(InputError::new(
+                &self.name,
+                format!("no sample within {} s", PATIENCE.as_secs()),
+                "see that it serves RTT up channel 1 and that the firmware runs",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Torque down by a ramp, then the drive away.
+    pub fn finish(mut self) -> Result<(), InputError> {
+        wind_down(&mut self.link).map(|_| ())
+    }
+}
+
+/// Whether the firmware can be of this axis at all.
+pub fn check(axis: &Believed) -> Result<(), InputError> {
+    if axis.unit == Unit::Linear {
+        return Err(InputError::new(
+            "axis file",
+            "is of a linear axis, and the firmware knows rotary ones",
+            "give one with inertia_kg_m2, or use --on virtual",
+        ));
+    }
+    if axis.rate_hz != RATE_HZ {
+        return Err(InputError::new(
+            "axis file",
+            format!(
+                "has rate_hz = {}, and the firmware runs at {RATE_HZ}",
+                axis.rate_hz
+            ),
+            "write rate_hz = 10000, or leave it out",
+        ));
+    }
+    Ok(())
+}
+
+impl Bench for Remote {
+    fn play(
+        &mut self,
+        experiment: &Experiment<f32>,
+        bounds: &Bounds<f32>,
+        take: &mut Take<'_>,
+    ) -> Result<Seen, InputError> {
+        accepted(
+            "start",
+            self.link.ask(&Command::Play(*experiment, *bounds))?,
+        )?;
+        let asked = Instant::now();
+        let mut seen = Seen::default();
+        let mut stops = false;
+        loop {
+            for sample in std::mem::take(&mut self.fresh) {
+                match seen.sample(&sample, RATE_HZ) {
+                    Phase::Over => return Ok(seen),
+                    Phase::Plays => {
+                        if !take(&sample, None)? && !stops {
+                            stops = true;
+                            accepted("stop", self.link.ask(&Command::Stop)?)?;
+                        }
+                    }
+                    Phase::Before => {}
+                }
+            }
+            let status = self
+                .last
+                .map(|sample| sample.record.status)
+                .unwrap_or_default();
+            if seen.samples == 0
+                && (status.state() != Some(State::Armed) || asked.elapsed() > PATIENCE)
+            {
+                let fault = status.fault().unwrap_or_default();
+                let why = if fault == Fault::None {
+                    status.state().map_or("unknown", State::text)
+                } else {
+                    fault.text()
+                };
+                return Err(InputError::new(
+                    &self.name,
+                    format!("the experiment does not begin; the firmware says: {why}"),
+                    "mend its cause, then: bristle target clear",
+                ));
+            }
+            self.listen()?;
+        }
+    }
+
+    fn rest(&mut self, ticks: u32, go_on: &dyn Fn() -> bool) -> Result<(), InputError> {
+        let time_s = |remote: &Self| remote.last.map_or(0.0, |sample| sample.time_s);
+        let until_s = time_s(self) + f64::from(ticks) / RATE_HZ;
+        while time_s(self) < until_s && go_on() {
+            self.listen()?;
+            self.fresh.clear();
+        }
+        Ok(())
+    }
+
+    fn counts(&self) -> i64 {
+        self.last.map_or(0, |sample| sample.counts)
+    }
+}
