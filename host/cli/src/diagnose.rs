@@ -3,10 +3,11 @@
 use crate::output::{self, Progress};
 use crate::setup::Setup;
 use bristle_gap::diagnose::{
-    Context, Diagnosis, Options, Outcome, catalogue, diagnose, report, reproduced,
+    Context, Diagnosis, Options, Outcome, catalogue, diagnose, next, report, reproduced,
 };
-use bristle_gap::report::Table;
-use bristle_gap::{InputError, Log};
+use bristle_gap::feed_forward::Table;
+use bristle_gap::report::Table as Words;
+use bristle_gap::{Believed, InputError, Log};
 use std::path::{Path, PathBuf};
 
 /// Say where the axis and its simulator part, which unmodelled effect causes it, and how far the gap shrinks with it.
@@ -18,7 +19,8 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  bristle diagnose --axis axis.toml log.csv\n  bristle diagnose --axis axis.toml \
                         ladder.csv sine.csv moves.csv --json result.json --report result.html\n  bristle diagnose \
-                        --axis axis.toml log.csv --without actuator.ripple --apply better.toml"
+                        --axis axis.toml log.csv --without actuator.ripple --apply better.toml\n  bristle diagnose \
+                        --axis axis.toml log.csv --plan-out next.toml --feed-forward table.toml"
 )]
 pub struct Args {
     /// Axis file: what the simulator believes.
@@ -39,6 +41,12 @@ pub struct Args {
     /// Write the axis file with its parameters refitted and the named effects added.
     #[arg(long, value_name = "FILE")]
     apply: Option<PathBuf>,
+    /// Write the plan of the next experiment for `bristle run`, where one would decide.
+    #[arg(long, value_name = "FILE")]
+    plan_out: Option<PathBuf>,
+    /// Write a feed-forward table of the named effects, where a controller can cancel them.
+    #[arg(long, value_name = "FILE")]
+    feed_forward: Option<PathBuf>,
 }
 
 fn effect_id() -> clap::builder::PossibleValuesParser {
@@ -71,6 +79,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         progress.set(share);
     })?;
     outcome.diagnosis.reproduced = reproduced(&outcome)?;
+    let proposal = next(&outcome, &setup.file)?;
+    outcome.diagnosis.next_experiment = proposal.as_ref().map(|p| p.said.clone());
     drop(progress);
     let quiet = output::json_on_stdout(args.json.as_deref());
     if !quiet {
@@ -83,6 +93,26 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     }
     if let Some(path) = &args.apply {
         apply(args, &outcome, &setup, path)?;
+    }
+    let say = |what: String| {
+        if !quiet {
+            output::print(&what);
+        }
+    };
+    if let Some(path) = &args.plan_out {
+        match proposal.and_then(|proposal| proposal.plan) {
+            Some(plan) => {
+                plan.write(path, &setup.believed)?;
+                say(format!("plan: {}\n", path.display()));
+            }
+            None => say(format!(
+                "plan: none written to {}, no built-in experiment is needed or would decide\n",
+                path.display()
+            )),
+        }
+    }
+    if let Some(path) = &args.feed_forward {
+        feed_forward(args, &outcome, &setup, path, &say)?;
     }
     Ok(())
 }
@@ -105,6 +135,36 @@ fn context(args: &Args, setup: &Setup, logs: &[Log]) -> Context {
         facts,
         hygiene: notices.chain(setup.believed.assumed.clone()).collect(),
     }
+}
+
+fn feed_forward(
+    args: &Args,
+    outcome: &Outcome,
+    setup: &Setup,
+    path: &Path,
+    say: &dyn Fn(String),
+) -> Result<(), InputError> {
+    let applied = Believed::new(&outcome.applied(&setup.file).axis, &args.axis)?;
+    let scale = &outcome.search.scale;
+    match Table::new(&applied, [scale.lowest_rad, scale.highest_rad])? {
+        Some(table) => {
+            let head = [
+                format!(
+                    "Written by bristle {}: {}",
+                    env!("CARGO_PKG_VERSION"),
+                    output::command_line()
+                ),
+                format!("cancels {}", table.effects.join(", ")),
+            ];
+            table.write(&head, applied.unit, path)?;
+            say(format!("feed-forward: {}\n", path.display()));
+        }
+        None => say(format!(
+            "feed-forward: none written to {}, no named effect can be cancelled by position and direction\n",
+            path.display()
+        )),
+    }
+    Ok(())
 }
 
 fn apply(args: &Args, outcome: &Outcome, setup: &Setup, path: &Path) -> Result<(), InputError> {
@@ -136,7 +196,7 @@ fn show(diagnosis: &Diagnosis) {
         output::short(gap.after),
         output::short(gap.floor)
     ));
-    let mut table = Table::new(
+    let mut table = Words::new(
         "Candidates",
         &["effect", "probability", "gap after", "closed", "parameters"],
     );
@@ -174,6 +234,9 @@ fn show(diagnosis: &Diagnosis) {
             "these data cannot tell apart: {}\n",
             group.join(" and ")
         ));
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        output::print(&format!("next: {} {}\n", next.why, next.what));
     }
     output::notices(&diagnosis.notes);
 }

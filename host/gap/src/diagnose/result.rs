@@ -102,6 +102,10 @@ pub struct NextExperiment {
     pub why: String,
     /// What.
     pub what: String,
+    /// Name of the built-in experiment; none where none decides.
+    pub experiment: Option<&'static str>,
+    /// By how much it speaks against the wrong one of the two that are hardest to tell apart, nats.
+    pub separation_nats: Option<f64>,
 }
 
 /// Probabilities of the answers that name no effect.
