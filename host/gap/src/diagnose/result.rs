@@ -78,12 +78,12 @@ pub struct Where {
     pub regions: Vec<Region>,
 }
 
-/// An effect, or several together, and what it would explain.
+/// An effect and what it would explain.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// Its id; several are joined by `+`.
+    /// Its id.
     pub effect: String,
-    /// Its block, of the first where there are several.
+    /// Its block.
     pub block: String,
     /// How probable it is.
     pub probability: f64,
@@ -145,21 +145,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         .flat_map(|&i| verdict.ranked[i].0.ids())
         .map(str::to_string)
         .collect();
-    let candidates: Vec<Candidate> = verdict
-        .ranked
-        .iter()
-        .map(|(hypothesis, probability)| {
-            let ids = hypothesis.ids();
-            Candidate {
-                block: ids.first().map_or(String::new(), |id| block(id)),
-                effect: ids.join("+"),
-                probability: *probability,
-                gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
-                closed_fraction: closed(search, hypothesis),
-                parameters: parameters(search, hypothesis, unit),
-            }
-        })
-        .collect();
+    let candidates = candidates(search, &verdict, unit);
     let [before, after, floor] = verdict.rms_nm;
     let closed_fraction = verdict
         .named
@@ -206,6 +192,39 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         candidates,
     };
     Ok((diagnosis, verdict))
+}
+
+/// Every effect that was fitted, once: by itself if it was, and with the probability of all hypotheses that hold it, those
+/// with several effects shared among them.
+fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let alone_first = |len: usize| {
+        verdict
+            .ranked
+            .iter()
+            .filter(move |(h, _)| h.added.len() == len)
+    };
+    for len in 1..=super::search::MOST_EFFECTS {
+        for (hypothesis, probability) in alone_first(len) {
+            for id in hypothesis.ids() {
+                let part = probability / len as f64;
+                if let Some(known) = candidates.iter_mut().find(|known| known.effect == id) {
+                    known.probability += part;
+                    continue;
+                }
+                candidates.push(Candidate {
+                    effect: id.to_string(),
+                    block: block(id),
+                    probability: part,
+                    gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
+                    closed_fraction: closed(search, hypothesis),
+                    parameters: parameters(search, hypothesis, unit),
+                });
+            }
+        }
+    }
+    candidates.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    candidates
 }
 
 /// The block of an effect's id.

@@ -79,7 +79,7 @@ const TEMPERATURE: f64 = 4.0;
 /// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
 const UNKNOWN: (f64, f64) = (1.5, 0.8);
 /// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
-const MOVED: (f64, f64) = (4.0, 0.01);
+const MOVED: (f64, f64) = (4.0, 0.02);
 
 /// Concludes.
 pub fn verdict(search: &Search) -> Verdict {
@@ -102,7 +102,11 @@ pub fn verdict(search: &Search) -> Verdict {
 
     let parameters_help = search.noise.log_density(&search.nodes, &search.as_given);
     let refit_gain = base.score - parameters_help;
-    let moved_matters = refit_gain > ACCUSES && !moved.is_empty();
+    let given = search.noise.rms(&search.nodes, &search.as_given).1;
+    let refitted = search.noise.rms(&search.nodes, &base.fit.left_over).1;
+    let moved_matters = refit_gain > ACCUSES
+        && !moved.is_empty()
+        && contribution(given, refitted) > MATTERS * floor;
 
     let accused =
         chosen.is_some() && gain > ACCUSES && contribution(before, after) > MATTERS * floor;
@@ -113,7 +117,10 @@ pub fn verdict(search: &Search) -> Verdict {
         .first()
         .map_or(base.score, |h| h.score.max(base.score));
     let weight = |score: f64| ((score - top) / TEMPERATURE).exp();
-    let mut weights: Vec<f64> = ranked.iter().map(|h| weight(h.score - ACCUSES)).collect();
+    let mut weights: Vec<f64> = ranked
+        .iter()
+        .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
+        .collect();
     let plain = weight(base.score);
     let mut of_unknown = 1e-3;
     let doubt = (4.0 * (lack_of_fit - UNKNOWN.0)).clamp(-6.0, 6.0) + 8.0 * (UNKNOWN.1 - explained);
