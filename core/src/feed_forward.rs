@@ -2,7 +2,7 @@
 //! a dead zone. Cogging, unbalance, offset, and friction that depends on position or direction cancel so, to within what
 //! the table resolves.
 //!
-//! Cost is bounded: one division-free look-up, no loop. At low speed, where friction does not yet have its sliding value,
+//! Cost is bounded: one look-up and no loop. At low speed, where friction does not yet have its sliding value,
 //! the two directions are blended in a straight line. Armstrong-Helouvry, "Control of Machines with Friction", Kluwer,
 //! 1991, ch. 9 (friction look-up by position and direction).
 
@@ -75,26 +75,23 @@ impl<T: Real> FeedForward<T> {
         let last = T::of((POINTS - 1) as f64);
         let at = (position_rad - from) * self.points_per_rad;
         let (place, next, part) = if wraps {
-            // Turns are taken off in whole numbers of 2^24 at most, beyond which a float has no fraction anyway.
             let points = T::of(POINTS as f64);
+            let turns = at * T::of(1.0 / POINTS as f64);
+            // Whole turns, 2^24 at most: beyond them a float has no fraction to look up.
             let most = T::of(16_777_216.0);
-            let turns = at / points;
-            let whole = T::of_count(turns.within(most).to_f64() as i32);
+            let whole = T::of_ticks(turns.abs().within(most).to_index() as u32).copysign(turns);
             let mut inside = at - whole * points;
             if inside < T::ZERO {
                 inside = inside + points;
             }
-            let inside = inside.most(T::ZERO).least(last);
-            let place = inside.to_index() % POINTS;
-            (
-                place,
-                (place + 1) % POINTS,
-                inside - T::of_count(place as i32),
-            )
+            let inside = inside.most(T::ZERO).least(points);
+            let place = inside.to_index().min(POINTS - 1);
+            let part = inside - T::of_count(place as i32);
+            (place, (place + 1) % POINTS, part)
         } else {
             let inside = at.most(T::ZERO).least(last);
-            let place = inside.to_index() % POINTS;
-            let next = if place + 1 < POINTS { place + 1 } else { place };
+            let place = inside.to_index().min(POINTS - 1);
+            let next = (place + 1).min(POINTS - 1);
             (place, next, inside - T::of_count(place as i32))
         };
         let value = |table: &[T; POINTS]| table[place] + (table[next] - table[place]) * part;
@@ -132,7 +129,7 @@ mod tests {
         let table = FeedForward::new(Span::Period(period), wave(6.0), wave(6.0), 0.1, 0.0).unwrap();
         for k in -2000..2000 {
             let q = 0.0317 * f64::from(k);
-            // A chord of 2 pi 6/512 = 0.074 rad lies at most 0.074^2/8 below its arc.
+            // A chord of 2 pi 6/512 = 0.074 rad lies at most 0.074^2/8 = 6.8e-4 below its arc.
             let error = table.torque_nm(q, 1.0) - libm::sin(6.0 * q);
             assert!(error.abs() < 7e-4, "{q}: {error}");
         }
