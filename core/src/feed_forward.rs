@@ -82,7 +82,7 @@ impl<T: Real> FeedForward<T> {
             let whole = T::of_ticks(turns.abs().within(most).to_index() as u32).copysign(turns);
             let mut inside = at - whole * points;
             if inside < T::ZERO {
-                inside = inside + points;
+                inside += points;
             }
             let inside = inside.most(T::ZERO).least(points);
             let place = inside.to_index().min(POINTS - 1);

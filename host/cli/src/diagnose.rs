@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let logs = args
         .logs
         .iter()
-        .map(|path| Log::read(path))
+        .map(Log::read)
         .collect::<Result<Vec<_>, _>>()?;
     for log in &logs {
         output::notices(&log.notices());

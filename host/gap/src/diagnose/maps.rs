@@ -88,7 +88,7 @@ impl Rest<'_> {
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mut map = Map::default();
-        if !(high > low) {
+        if high <= low {
             return map;
         }
         let mut sums = vec![[0.0_f64; 5]; PARTS];
