@@ -9,6 +9,7 @@ pub mod capture;
 pub mod diagnose;
 pub mod error;
 pub mod experiments;
+pub mod feed_forward;
 pub mod floor;
 pub mod hygiene;
 pub mod identify;

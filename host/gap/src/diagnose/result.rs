@@ -1,6 +1,7 @@
 //! The diagnosis as other programs read it.
 
 use super::locate::{self, Region};
+use super::reproduce::Reproduced;
 use super::search::Search;
 use super::verdict::{Closed, Kind, Verdict, closed, verdict};
 use crate::believed::Believed;
@@ -35,6 +36,9 @@ pub struct Diagnosis {
     pub others: Others,
     /// The simulator's own parameters that moved.
     pub moved: Vec<Moved>,
+    /// How well records are reproduced with the named effects, by view, log and regime; left out where nobody asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reproduced: Vec<Reproduced>,
     /// What the numbers rest on, a line each.
     pub notes: Vec<String>,
 }
@@ -98,6 +102,10 @@ pub struct NextExperiment {
     pub why: String,
     /// What.
     pub what: String,
+    /// Name of the built-in experiment; none where none decides.
+    pub experiment: Option<&'static str>,
+    /// By how much it speaks against the wrong one of the two that are hardest to tell apart, nats.
+    pub separation_nats: Option<f64>,
 }
 
 /// Probabilities of the answers that name no effect.
@@ -196,6 +204,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
                 deviation: *deviation,
             })
             .collect(),
+        reproduced: Vec::new(),
         notes: Vec::new(),
         candidates,
     };
