@@ -22,8 +22,12 @@ const LIMITS: usize = 8;
 const MOST_STARTS: usize = 40;
 /// A size that is never zero is not in proportion to its change far from where it was tried.
 const IN_PROPORTION: f64 = 3.0;
+/// A gain as tried is preferred to one in proportion if it is this part of it.
+const CERTAIN: f64 = 0.5;
 /// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
 const LEAST_WAVES: f64 = 2.0;
+/// Moments from which something may be different for good; a fit cannot move them.
+const STARTS_OF_CHANGE: usize = 16;
 /// Moments or places of a sudden change that are tried.
 const MOMENTS: usize = 5;
 
@@ -201,6 +205,9 @@ impl<'a> Background<'a> {
 
     /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where the rest is largest.
     fn moments(&self, name: &str) -> Option<Vec<f64>> {
+        if name == "start_s" {
+            return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
+        }
         let of = |node: &Node| {
             let record = &self.records[node.record];
             let stretch = &record.stretches[node.stretch];
@@ -241,22 +248,26 @@ impl<'a> Background<'a> {
         }
         let size =
             (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
-        let factor = size.map_or(1.0, |size| {
+        let gain = |factor: f64| -factor * (2.0 * slope + factor * square);
+        let mut factor = 1.0;
+        if let Some(size) = size {
             let usual = (entry.parameters[size].range)(self.scale);
             let range = hard_range(usual);
-            let mut factor = -slope / square;
+            let mut best = -slope / square;
             if usual[0] > 0.0 {
-                factor = factor.clamp(1.0 / IN_PROPORTION, IN_PROPORTION);
+                best = best.clamp(1.0 / IN_PROPORTION, IN_PROPORTION);
             }
-            let scaled = (factor * values[size]).clamp(range[0], range[1]);
-            let factor = scaled / values[size];
-            values[size] = scaled;
-            factor
-        });
+            let scaled = (best * values[size]).clamp(range[0], range[1]);
+            // As it was tried is certain; in proportion is a guess.
+            if usual[0] <= 0.0 || gain(1.0) < CERTAIN * gain(scaled / values[size]) {
+                factor = scaled / values[size];
+                values[size] = scaled;
+            }
+        }
         Some(Start {
             values,
             phases: Vec::new(),
-            gain: -factor * (2.0 * slope + factor * square),
+            gain: gain(factor),
         })
     }
 

@@ -224,7 +224,17 @@ fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> 
     for len in 1..=super::search::MOST_EFFECTS {
         for (hypothesis, probability) in alone_first(len) {
             for id in hypothesis.ids() {
-                let part = probability / len as f64;
+                // What the verdict names takes all of it; else the effects share it.
+                let named = |id: &str| {
+                    let of = |&i: &usize| verdict.ranked[i].0.ids().contains(&id);
+                    verdict.named.iter().any(of)
+                };
+                let takes = hypothesis.ids().into_iter().filter(|id| named(id)).count();
+                let part = match takes {
+                    0 => probability / len as f64,
+                    takes if named(id) => probability / takes as f64,
+                    _ => 0.0,
+                };
                 if let Some(known) = candidates.iter_mut().find(|known| known.effect == id) {
                     known.probability += part;
                     continue;

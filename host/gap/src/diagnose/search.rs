@@ -12,13 +12,15 @@ use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
 /// Effects that are fitted after screening.
-const FITTED: usize = 8;
+const FITTED: usize = 12;
 /// Starts that a fit is tried from.
 const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
 const CLOSE: f64 = 0.6;
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+/// The best of them are fitted once more with a Jacobian of their own.
+const POLISHED: usize = 4;
 /// Effects that are tried beside the best one.
 const BESIDE: usize = 4;
 /// Most effects at once.
@@ -155,6 +157,17 @@ pub fn search(
             Ok((added, model, fit))
         })
         .collect::<Result<Vec<_>, InputError>>()?;
+    tried.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+    let polished = tried
+        .par_iter()
+        .take(POLISHED)
+        .map(|(_, model, fit)| self::fit(model, &records, &weights, fit.at.clone()))
+        .collect::<Result<Vec<_>, InputError>>()?;
+    for (kept, fit) in tried.iter_mut().zip(polished) {
+        kept.2 = fit;
+    }
+    let gap = noise.rms(&nodes, &fitted.left_over).1;
+    let noise = noise.explaining(gap);
     let score = |added: Vec<&'static Entry>, model: Model, fit: Fit| {
         let held_out = held_out(&model, &fit, &weights, &nodes);
         Hypothesis {

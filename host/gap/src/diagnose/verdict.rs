@@ -72,6 +72,8 @@ const ACCUSES: f64 = 12.0;
 const MATTERS: f64 = 0.25;
 /// A second effect must explain this much more of the explainable gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
+/// Of several effects each must explain this much of the gap alone.
+const ALONE: f64 = 0.15;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (6.0, 0.02);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
@@ -164,7 +166,13 @@ pub fn verdict(search: &Search) -> Verdict {
                 .filter(|(_, (h, _))| h.added.len() == 1 && h.score >= limit)
                 .map(|(i, _)| i)
                 .collect();
-            let probability = tied.iter().map(|&i| ranked[i].1).sum();
+            // With a second effect that is not needed it is still this one.
+            let ids: Vec<&str> = tied.iter().map(|&i| ranked[i].0.added[0].id).collect();
+            let probability = ranked
+                .iter()
+                .filter(|(h, _)| h.ids().iter().any(|id| ids.contains(id)))
+                .map(|(_, p)| p)
+                .sum();
             let kind = if tied.len() > 1 {
                 Kind::Ambiguous
             } else {
@@ -195,10 +203,19 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     };
     let rms = |h: &Hypothesis| search.noise.rms(&search.nodes, &h.held_out).1;
     let (floor, _) = search.noise.rms(&search.nodes, &single.held_out);
-    let gain = single.score - search.base.score;
-    let more = pair.score - single.score;
-    let worth =
-        more > ACCUSES.max(SECOND * gain) && contribution(rms(single), rms(pair)) > MATTERS * floor;
+    let before = rms(&search.base);
+    let share = |h: &Hypothesis| explained(before, rms(h), floor);
+    // Each must explain something by itself: what only helps another one stands for that one's error.
+    let alone = |id: &str| {
+        search
+            .single
+            .iter()
+            .any(|h| h.added[0].id == id && share(h) > ALONE)
+    };
+    let worth = pair.score - single.score > ACCUSES
+        && contribution(rms(single), rms(pair)) > MATTERS * floor
+        && share(pair) - share(single) > SECOND
+        && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
 }
 
