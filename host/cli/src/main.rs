@@ -7,6 +7,7 @@ mod check;
 mod compare;
 mod diagnose;
 mod effects;
+mod identify;
 mod image;
 mod link;
 mod observe;
@@ -39,6 +40,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Bench(bench::Args),
+    Identify(identify::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
     Run(Box<run::Args>),
@@ -80,6 +82,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<(), InputError> {
     match command {
         Command::Bench(args) => bench::run(args),
+        Command::Identify(args) => identify::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Run(args) => run::run(args),

@@ -10,6 +10,8 @@ pub mod diagnose;
 pub mod error;
 pub mod experiments;
 pub mod feed_forward;
+pub mod floor;
+pub mod hygiene;
 pub mod identify;
 mod input;
 pub mod inverse;
@@ -23,6 +25,7 @@ pub mod run;
 pub mod scale;
 pub mod signal;
 pub mod simulate;
+pub mod stretch;
 mod toml_text;
 pub mod trial;
 

@@ -15,14 +15,16 @@ mod reproduce;
 mod result;
 mod search;
 mod signature;
+mod sound;
 mod spectrum;
 mod verdict;
 mod words;
 
 pub use apply::{Applied, axis_file};
+pub use candidate::{Background, Start};
 pub use closed::{Part, closed_over};
 pub use held_out::{held_out, spreads};
-pub use likelihood::Noise;
+pub use likelihood::{Group, Noise};
 pub use locate::Region;
 pub use maps::{Map, Maps, maps};
 pub use next::{Proposal, next};
@@ -36,7 +38,6 @@ pub use verdict::{Closed, Kind, Verdict};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::Record;
 use crate::log::Log;
 use bristle_plant::effect::Entry;
 
@@ -68,7 +69,7 @@ pub struct Outcome {
 /// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
 ///
 /// # Errors
-/// Logs and axis file do not fit, or a number is out of range.
+/// Logs and axis file do not fit, a log is wrong as a whole, or a number is out of range.
 pub fn diagnose(
     logs: &[Log],
     axis: &AxisFile,
@@ -76,12 +77,14 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<Outcome, InputError> {
-    let records = logs
-        .iter()
-        .map(|log| Record::new(log, axis, believed, &[]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let search = search(records, believed, &options.catalogue, progress)?;
-    let (diagnosis, verdict) = result::conclude(&search, believed)?;
+    let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
+    let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
+    let search = search(sound.records, believed, catalogue, progress)?;
+    let (mut diagnosis, verdict) = result::conclude(&search, believed)?;
+    if !sound.moves {
+        diagnosis.undecided();
+    }
+    diagnosis.notes.splice(0..0, sound.notes);
     Ok(Outcome {
         diagnosis,
         search,

@@ -132,6 +132,23 @@ pub struct Moved {
     pub deviation: f64,
 }
 
+impl Diagnosis {
+    /// Takes the verdict back: the logs show nothing.
+    pub(super) fn undecided(&mut self) {
+        self.verdict = Conclusion {
+            kind: Kind::Insufficient,
+            effects: Vec::new(),
+            probability: 1.0,
+        };
+        self.others = Others {
+            none: 0.0,
+            parameters: 0.0,
+            unknown: 0.0,
+        };
+        self.moved.clear();
+    }
+}
+
 /// Concludes from a search.
 ///
 /// # Errors

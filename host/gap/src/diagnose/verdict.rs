@@ -70,12 +70,12 @@ pub struct Verdict {
 const ACCUSES: f64 = 12.0;
 /// Part of the floor that an effect must take away: less is what smoothing leaves at reversals.
 const MATTERS: f64 = 0.25;
-/// A second effect must gain this part of what the first one did.
-const SECOND: f64 = 0.04;
+/// A second effect must explain this much more of the explainable gap: less is what a model's own error leaves to it.
+const SECOND: f64 = 0.12;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (6.0, 0.02);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
-const TEMPERATURE: f64 = 4.0;
+const TEMPERATURE: f64 = 8.0;
 /// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
 const UNKNOWN: (f64, f64) = (1.5, 0.8);
 /// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
@@ -122,13 +122,15 @@ pub fn verdict(search: &Search) -> Verdict {
         .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
         .collect();
     let plain = weight(base.score);
-    let mut of_unknown = 1e-3;
-    let doubt = (4.0 * (lack_of_fit - UNKNOWN.0)).clamp(-6.0, 6.0) + 8.0 * (UNKNOWN.1 - explained);
-    if lack_of_fit > 1.2 {
-        let sum: f64 = weights.iter().sum::<f64>() + plain;
-        of_unknown += sum * doubt.clamp(-8.0, 8.0).exp();
-    }
-    let sum: f64 = weights.iter().sum::<f64>() + plain + of_unknown;
+    // Both must speak for it: much left over, and little explained.
+    let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
+    let unknown = if gain > ACCUSES || lack_of_fit > UNKNOWN.0 {
+        let left = logistic(6.0 * (lack_of_fit - UNKNOWN.0));
+        left.min(logistic(15.0 * (UNKNOWN.1 - explained)))
+    } else {
+        0.01
+    };
+    let sum: f64 = (weights.iter().sum::<f64>() + plain) / (1.0 - unknown);
     for w in &mut weights {
         *w /= sum;
     }
@@ -137,7 +139,6 @@ pub fn verdict(search: &Search) -> Verdict {
     } else {
         (plain / sum, 0.0)
     };
-    let unknown = of_unknown / sum;
     let ranked: Vec<(Hypothesis, f64)> = ranked.into_iter().zip(weights).collect();
 
     let place = |ids: &[&str]| ranked.iter().position(|(h, _)| h.ids() == ids);
