@@ -186,6 +186,36 @@ fn apply(args: &Args, outcome: &Outcome, setup: &Setup, path: &Path) -> Result<(
     Ok(())
 }
 
+/// What the named effects make of each view of the logs.
+fn views(diagnosis: &Diagnosis) -> Words {
+    let mut table = Words::new(
+        "Error by view, log and regime (rms)",
+        &[
+            "view",
+            "log",
+            "regime",
+            "effect",
+            "refitted",
+            "with effect",
+            "closed",
+            "",
+        ],
+    );
+    for row in &diagnosis.reproduced {
+        table = table.row(&[
+            row.view.clone(),
+            row.log.clone(),
+            row.regime.to_string(),
+            row.effect.clone(),
+            format!("{} {}", output::short(row.before), row.unit),
+            format!("{} {}", output::short(row.after), row.unit),
+            format!("{:.2}", row.closed_fraction.value),
+            if row.worse { "worse" } else { "" }.to_string(),
+        ]);
+    }
+    table
+}
+
 fn show(diagnosis: &Diagnosis) {
     let gap = &diagnosis.gap;
     output::print(&format!("{}\n\n", diagnosis.sentence()));
@@ -220,6 +250,7 @@ fn show(diagnosis: &Diagnosis) {
         ]);
     }
     output::print_words(&table);
+    output::print_words(&views(diagnosis));
     for region in diagnosis.located.regions.iter().take(4) {
         output::print(&format!(
             "where: {} {}: {:.0} % of the gap in {:.0} % of the time\n",

@@ -15,7 +15,7 @@ fn diagnosed(logs: &[Log], axis: &AxisFile) -> Result<Diagnosis, InputError> {
     let options = Options {
         catalogue: Vec::new(),
     };
-    diagnose(logs, axis, &believed, &options, &|_| ()).map(|(diagnosis, _)| diagnosis)
+    diagnose(logs, axis, &believed, &options, &|_| ()).map(|outcome| outcome.diagnosis)
 }
 
 #[test]

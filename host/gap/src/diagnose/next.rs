@@ -97,6 +97,12 @@ pub fn next(outcome: &Outcome, axis: &AxisFile) -> Result<Option<Proposal>, Inpu
             plan: None,
         }));
     };
+    // Simulated noise is nothing but the sensors' own: beyond this a figure says no more.
+    let shown = if nats > 1000.0 {
+        "over 1000".to_string()
+    } else {
+        format!("{nats:.0}")
+    };
     let believed = Believed::new(axis, Path::new("axis file"))?;
     let mut step = Step::new(named, &believed);
     step.why = format!("tells {names} apart");
@@ -104,7 +110,7 @@ pub fn next(outcome: &Outcome, axis: &AxisFile) -> Result<Option<Proposal>, Inpu
     Ok(Some(Proposal {
         said: NextExperiment {
             why: format!(
-                "These logs show {names} alike. Simulated with the one, the experiment leaves {nats:.0} nats to the other \
+                "These logs show {names} alike. Simulated with the one, the experiment leaves {shown} nats to the other \
                  after all its parameters are fitted anew."
             ),
             what: format!(
