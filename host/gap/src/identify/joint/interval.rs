@@ -222,8 +222,9 @@ fn estimate(
     let mut value = value;
     if free.owner == Owner::Own(Own::StictionExcess) {
         // What moves is (F_S - F_C)/F_C; what is asked for is F_S.
-        let level = |excess: f64| believed.coulomb_nm * (1.0 + excess);
-        value = level(value);
+        let coulomb_nm = believed.coulomb_nm;
+        let level = |excess: f64| coulomb_nm * (1.0 + excess);
+        value = coulomb_nm * (1.0 + value);
         low = Some(low.map_or(believed.coulomb_nm, level));
         high = high.map(level);
         name = if name == free.name {

@@ -100,8 +100,8 @@ impl Bias {
                 bias.mean[i] = asked[i] - at[i];
             }
         }
-        for i in 0..free.len() {
-            bias.noise[i] = (squares[i] / ((TWINS - 1) * ROUNDS) as f64).sqrt();
+        for (i, square) in squares.iter().enumerate() {
+            bias.noise[i] = (square / ((TWINS - 1) * ROUNDS) as f64).sqrt();
             let of_mean = bias.noise[i] / (TWINS as f64).sqrt();
             bias.spread[i] = of_mean.hypot(DOUBT * bias.mean[i]);
         }
