@@ -18,6 +18,7 @@ pub mod design_check;
 pub mod encoder;
 pub mod error;
 pub mod experiment;
+pub mod feed_forward;
 pub mod friction;
 pub mod observer;
 pub mod parameters;

@@ -2,10 +2,13 @@
 
 use crate::output::{self, Progress};
 use crate::setup::Setup;
-use bristle_gap::diagnose::{Diagnosis, Kind, Options, catalogue, diagnose};
-use bristle_gap::report::Table;
-use bristle_gap::{InputError, Log};
-use std::path::PathBuf;
+use bristle_gap::diagnose::{
+    Context, Diagnosis, Options, Outcome, catalogue, diagnose, next, report, reproduced,
+};
+use bristle_gap::feed_forward::Table;
+use bristle_gap::report::Table as Words;
+use bristle_gap::{Believed, InputError, Log};
+use std::path::{Path, PathBuf};
 
 /// Say where the axis and its simulator part, which unmodelled effect causes it, and how far the gap shrinks with it.
 ///
@@ -16,7 +19,8 @@ use std::path::PathBuf;
 #[command(
     after_help = "Examples:\n  bristle diagnose --axis axis.toml log.csv\n  bristle diagnose --axis axis.toml \
                         ladder.csv sine.csv moves.csv --json result.json --report result.html\n  bristle diagnose \
-                        --axis axis.toml log.csv --without actuator.ripple --apply better.toml"
+                        --axis axis.toml log.csv --without actuator.ripple --apply better.toml\n  bristle diagnose \
+                        --axis axis.toml log.csv --plan-out next.toml --feed-forward table.toml"
 )]
 pub struct Args {
     /// Axis file: what the simulator believes.
@@ -37,6 +41,12 @@ pub struct Args {
     /// Write the axis file with its parameters refitted and the named effects added.
     #[arg(long, value_name = "FILE")]
     apply: Option<PathBuf>,
+    /// Write the plan of the next experiment for `bristle run`, where one would decide.
+    #[arg(long, value_name = "FILE")]
+    plan_out: Option<PathBuf>,
+    /// Write a feed-forward table of the named effects, where a controller can cancel them.
+    #[arg(long, value_name = "FILE")]
+    feed_forward: Option<PathBuf>,
 }
 
 fn effect_id() -> clap::builder::PossibleValuesParser {
@@ -53,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let logs = args
         .logs
         .iter()
-        .map(|path| Log::read(path))
+        .map(Log::read)
         .collect::<Result<Vec<_>, _>>()?;
     for log in &logs {
         output::notices(&log.notices());
@@ -65,66 +75,150 @@ pub fn run(args: &Args) -> Result<(), InputError> {
             .collect(),
     };
     let progress = Progress::new("diagnose");
-    let (diagnosis, search) = diagnose(&logs, &setup.file, &setup.believed, &options, &|share| {
+    let mut outcome = diagnose(&logs, &setup.file, &setup.believed, &options, &|share| {
         progress.set(share);
     })?;
+    outcome.diagnosis.reproduced = reproduced(&outcome)?;
+    let proposal = next(&outcome, &setup.file)?;
+    outcome.diagnosis.next_experiment = proposal.as_ref().map(|p| p.said.clone());
     drop(progress);
     let quiet = output::json_on_stdout(args.json.as_deref());
     if !quiet {
-        show(&diagnosis);
+        show(&outcome.diagnosis);
     }
-    output::write_json(args.json.as_deref(), &diagnosis)?;
-    let _ = &search;
+    output::write_json(args.json.as_deref(), &outcome.diagnosis)?;
+    if let Some(path) = &args.report {
+        let page = report(&outcome, &context(args, &setup, &logs));
+        output::write_report(path, &page, quiet)?;
+    }
+    if let Some(path) = &args.apply {
+        apply(args, &outcome, &setup, path)?;
+    }
+    let say = |what: String| {
+        if !quiet {
+            output::print(&what);
+        }
+    };
+    if let Some(path) = &args.plan_out {
+        match proposal.and_then(|proposal| proposal.plan) {
+            Some(plan) => {
+                plan.write(path, &setup.believed)?;
+                say(format!("plan: {}\n", path.display()));
+            }
+            None => say(format!(
+                "plan: none written to {}, no built-in experiment is needed or would decide\n",
+                path.display()
+            )),
+        }
+    }
+    if let Some(path) = &args.feed_forward {
+        feed_forward(args, &outcome, &setup, path, &say)?;
+    }
     Ok(())
 }
 
-/// The verdict in a sentence.
-pub fn sentence(diagnosis: &Diagnosis) -> String {
-    let verdict = &diagnosis.verdict;
-    let names = verdict.effects.join(", ");
-    let gap = &diagnosis.gap;
-    let closed = format!(
-        "{:.0} % of the gap closes on data that took no part in the fit ({:.0} to {:.0} %)",
-        100.0 * gap.closed_fraction.value,
-        100.0 * gap.closed_fraction.low,
-        100.0 * gap.closed_fraction.high
+fn context(args: &Args, setup: &Setup, logs: &[Log]) -> Context {
+    let fact = |name: &str, value: String| (name.to_string(), value);
+    let mut facts = vec![
+        fact("command", output::command_line()),
+        fact("version", env!("CARGO_PKG_VERSION").to_string()),
+        fact("axis", setup.name.clone()),
+    ];
+    facts.extend(
+        args.logs
+            .iter()
+            .map(|path| fact("log", path.display().to_string())),
     );
-    let said = match verdict.kind {
-        Kind::Effect => format!("The simulator lacks {names}: {closed}."),
-        Kind::Effects => format!("The simulator lacks all of {names}: {closed}."),
-        Kind::Ambiguous => {
-            format!("These data cannot tell apart {names}; any of them fits: {closed}.")
+    let notices = logs.iter().flat_map(Log::notices);
+    Context {
+        axis: setup.name.clone(),
+        facts,
+        hygiene: notices.chain(setup.believed.assumed.clone()).collect(),
+    }
+}
+
+fn feed_forward(
+    args: &Args,
+    outcome: &Outcome,
+    setup: &Setup,
+    path: &Path,
+    say: &dyn Fn(String),
+) -> Result<(), InputError> {
+    let applied = Believed::new(&outcome.applied(&setup.file).axis, &args.axis)?;
+    let scale = &outcome.search.scale;
+    match Table::new(&applied, [scale.lowest_rad, scale.highest_rad])? {
+        Some(table) => {
+            let head = [
+                format!(
+                    "Written by bristle {}: {}",
+                    env!("CARGO_PKG_VERSION"),
+                    output::command_line()
+                ),
+                format!("cancels {}", table.effects.join(", ")),
+            ];
+            table.write(&head, applied.unit, path)?;
+            say(format!("feed-forward: {}\n", path.display()));
         }
-        Kind::Parameters => {
-            let moved: Vec<String> = diagnosis
-                .moved
-                .iter()
-                .map(|m| {
-                    format!(
-                        "{} {} -> {}",
-                        m.parameter,
-                        output::short(m.before),
-                        output::short(m.after)
-                    )
-                })
-                .collect();
-            format!(
-                "No effect is missing; parameters were off: {}.",
-                moved.join(", ")
-            )
-        }
-        Kind::None => {
-            "Nothing is missing: the simulator explains the data to the noise.".to_string()
-        }
-        Kind::Unknown => "A gap is left that no effect of the catalogue explains.".to_string(),
-        Kind::Insufficient => "The data cannot decide.".to_string(),
-    };
-    format!("{said} Probability {:.2}.", verdict.probability)
+        None => say(format!(
+            "feed-forward: none written to {}, no named effect can be cancelled by position and direction\n",
+            path.display()
+        )),
+    }
+    Ok(())
+}
+
+fn apply(args: &Args, outcome: &Outcome, setup: &Setup, path: &Path) -> Result<(), InputError> {
+    let applied = outcome.applied(&setup.file);
+    let mut head = vec![
+        format!(
+            "Written by bristle {}: {}",
+            env!("CARGO_PKG_VERSION"),
+            output::command_line()
+        ),
+        format!("from {}", setup.name),
+        outcome.diagnosis.sentence(),
+    ];
+    head.extend(applied.provenance);
+    applied.axis.write_under(&head, path)?;
+    if !output::json_on_stdout(args.json.as_deref()) {
+        output::print(&format!("axis file: {}\n", path.display()));
+    }
+    Ok(())
+}
+
+/// What the named effects make of each view of the logs.
+fn views(diagnosis: &Diagnosis) -> Words {
+    let mut table = Words::new(
+        "Error by view, log and regime (rms)",
+        &[
+            "view",
+            "log",
+            "regime",
+            "effect",
+            "refitted",
+            "with effect",
+            "closed",
+            "",
+        ],
+    );
+    for row in &diagnosis.reproduced {
+        table = table.row(&[
+            row.view.clone(),
+            row.log.clone(),
+            row.regime.to_string(),
+            row.effect.clone(),
+            format!("{} {}", output::short(row.before), row.unit),
+            format!("{} {}", output::short(row.after), row.unit),
+            format!("{:.2}", row.closed_fraction.value),
+            if row.worse { "worse" } else { "" }.to_string(),
+        ]);
+    }
+    table
 }
 
 fn show(diagnosis: &Diagnosis) {
     let gap = &diagnosis.gap;
-    output::print(&format!("{}\n\n", sentence(diagnosis)));
+    output::print(&format!("{}\n\n", diagnosis.sentence()));
     output::print(&format!(
         "gap {} {} before, {} after, {} floor (rms, held out)\n\n",
         output::short(gap.before),
@@ -132,7 +226,7 @@ fn show(diagnosis: &Diagnosis) {
         output::short(gap.after),
         output::short(gap.floor)
     ));
-    let mut table = Table::new(
+    let mut table = Words::new(
         "Candidates",
         &["effect", "probability", "gap after", "closed", "parameters"],
     );
@@ -156,6 +250,7 @@ fn show(diagnosis: &Diagnosis) {
         ]);
     }
     output::print_words(&table);
+    output::print_words(&views(diagnosis));
     for region in diagnosis.located.regions.iter().take(4) {
         output::print(&format!(
             "where: {} {}: {:.0} % of the gap in {:.0} % of the time\n",
@@ -170,6 +265,9 @@ fn show(diagnosis: &Diagnosis) {
             "these data cannot tell apart: {}\n",
             group.join(" and ")
         ));
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        output::print(&format!("next: {} {}\n", next.why, next.what));
     }
     output::notices(&diagnosis.notes);
 }

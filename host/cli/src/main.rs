@@ -1,11 +1,13 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
 mod bench;
+mod blind;
 mod capture;
 mod check;
 mod compare;
 mod diagnose;
 mod effects;
+mod identify;
 mod image;
 mod link;
 mod observe;
@@ -38,6 +40,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Bench(bench::Args),
+    Identify(identify::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
     Run(Box<run::Args>),
@@ -47,6 +50,7 @@ enum Command {
     Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
     #[command(
@@ -78,6 +82,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<(), InputError> {
     match command {
         Command::Bench(args) => bench::run(args),
+        Command::Identify(args) => identify::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Run(args) => run::run(args),
@@ -87,6 +92,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -2,6 +2,7 @@
 
 use bristle_gap::InputError;
 use bristle_gap::output::write_atomically;
+pub use bristle_gap::report::short;
 use bristle_gap::report::{Report, Table};
 use comfy_table::{CellAlignment, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -142,32 +143,5 @@ fn bounded(text: &str, holds: fn(f64) -> bool, rule: &str) -> Result<f64, String
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && holds(value) => Ok(value),
         _ => Err(format!("give a number {rule}")),
-    }
-}
-
-/// A number with four significant digits.
-pub fn short(value: f64) -> String {
-    let magnitude = value.abs();
-    if value == 0.0 || !value.is_finite() {
-        format!("{value}")
-    } else if (1e-3..1e5).contains(&magnitude) {
-        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn four_digits() {
-        let shown = [0.0, 1.5, 0.0123456, 1234.56, 99999.4, 1e-7, f64::NAN].map(short);
-        assert_eq!(
-            shown,
-            ["0", "1.500", "0.01235", "1235", "99999", "1.000e-7", "NaN"]
-        );
     }
 }

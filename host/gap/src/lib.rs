@@ -9,6 +9,9 @@ pub mod capture;
 pub mod diagnose;
 pub mod error;
 pub mod experiments;
+pub mod feed_forward;
+pub mod floor;
+pub mod hygiene;
 pub mod identify;
 mod input;
 pub mod inverse;
@@ -22,6 +25,7 @@ pub mod run;
 pub mod scale;
 pub mod signal;
 pub mod simulate;
+pub mod stretch;
 mod toml_text;
 pub mod trial;
 

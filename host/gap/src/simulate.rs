@@ -4,10 +4,12 @@ use crate::axis_file::AxisFile;
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::experiments::Named;
-use crate::log::{EffortKind, Log};
+use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
 use crate::signal::{derivative, interpolate, means, samples};
 use bristle_core::experiment::{Player, Reference};
+use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
+use std::path::Path;
 
 /// What drives a simulation.
 pub enum Input<'a> {
@@ -38,6 +40,33 @@ pub struct Simulated {
     pub z_rad: Vec<f64>,
     /// True friction.
     pub friction_nm: Vec<f64>,
+}
+
+impl Simulated {
+    /// The log that a recorder with a torque sensor would have made of it.
+    pub fn log(self, unit: Unit, file: &Path) -> Log {
+        Log {
+            file: file.to_path_buf(),
+            unit: Some(unit),
+            time_s: self.time_s,
+            efforts: vec![Effort {
+                kind: EffortKind::TorqueMeasured,
+                values: self.torque_nm,
+            }],
+            position: Position {
+                kind: match unit {
+                    Unit::Rotary => PositionKind::Rad,
+                    Unit::Linear => PositionKind::M,
+                },
+                values: self.position_rad,
+            },
+            position_load: None,
+            position_ref: self.position_ref_rad,
+            velocity: None,
+            temperature_c: None,
+            unknown: Vec::new(),
+        }
+    }
 }
 
 /// Torque for each sample, or a reference for the loop.

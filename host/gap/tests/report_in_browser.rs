@@ -1,46 +1,83 @@
-//! Draws an example report in headless Chromium and uses it like a reader.
+//! Draws reports in headless Chromium: an example that is used like by a reader, and a diagnosis.
 //!
-//! Skipped, loudly, where there is no Chromium. With `BRISTLE_KEEP_REPORT=dir` the page and its
-//! pictures stay in `dir` to be looked at.
+//! Skipped, loudly, where there is no Chromium. With `BRISTLE_KEEP_REPORT=dir` the pages and their
+//! pictures stay in folders of `dir` to be looked at.
 
 use std::f64::consts::TAU;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use bristle_gap::axis_file::EffectEntry;
+use bristle_gap::believed::Noise;
+use bristle_gap::diagnose::{Context, Options, diagnose, report, reproduced};
+use bristle_gap::experiments::Named;
 use bristle_gap::report::{Plot, Report, Table};
+use bristle_gap::simulate::{Input, simulate};
+use bristle_gap::{AxisFile, Believed};
+use bristle_plant::effect::ALL;
 
 #[test]
 fn the_plots_draw_and_zoom() {
+    let test = include_str!("report_selftest.js");
+    let Some(dom) = drawn("example", &example(), test) else {
+        return;
+    };
+    assert_eq!(dom.matches("<canvas").count(), 3, "a canvas for each plot");
+    assert_eq!(dom.matches("role=\"img\"").count(), 3);
+    assert_eq!(attribute(&dom, "data-selftest"), Some("passed"));
+}
+
+#[test]
+fn a_diagnosis_draws() {
+    let page = diagnosis();
+    let html = page.to_html();
+    for heading in [
+        "Budget of the gap",
+        "Where it lies",
+        "What explains it",
+        "Fitted parameters",
+        "What these logs can tell apart",
+        "Next experiment",
+        "Before and after",
+        "Logs and axis file",
+    ] {
+        assert!(html.contains(&format!("<h2>{heading}</h2>")), "{heading}");
+    }
+    let Some(dom) = drawn("diagnosis", &page, "") else {
+        return;
+    };
+    // Position, speed, time, two spectra; effort and rest of the one log.
+    assert_eq!(dom.matches("<canvas").count(), 7);
+    assert_eq!(dom.matches("class=\"bars\"").count(), 2);
+}
+
+/// The page after its script has run, without an error in it; none where there is no browser, said loudly.
+fn drawn(name: &str, report: &Report, test: &str) -> Option<String> {
     let Some(chromium) = find_chromium() else {
         // Past the macros, whose output a passing test swallows.
         let _ = writeln!(
             std::io::stderr(),
-            "SKIPPED: no chromium on PATH; the report was not drawn in a browser"
+            "SKIPPED: no chromium on PATH; the {name} report was not drawn in a browser"
         );
-        return;
+        return None;
     };
     let (dir, keep) = match std::env::var_os("BRISTLE_KEEP_REPORT") {
-        Some(dir) => (PathBuf::from(dir), true),
+        Some(dir) => (PathBuf::from(dir).join(name), true),
         None => {
-            let name = format!("bristle-report-{}", std::process::id());
-            (std::env::temp_dir().join(name), false)
+            let own = format!("bristle-report-{name}-{}", std::process::id());
+            (std::env::temp_dir().join(own), false)
         }
     };
     std::fs::create_dir_all(&dir).unwrap();
-    let page = example().to_html();
+    let page = report.to_html();
     std::fs::write(dir.join("report.html"), &page).unwrap();
-    let test = include_str!("report_selftest.js");
     let tested = page.replace("</body>", &format!("<script>{test}</script></body>"));
     std::fs::write(dir.join("selftest.html"), tested).unwrap();
 
     let browser = Browser { chromium, dir };
     let dom = browser.run("selftest.html", &["--dump-dom"]);
     assert_eq!(attribute(&dom, "data-error"), None, "error in the page");
-    assert_eq!(dom.matches("<canvas").count(), 3, "a canvas for each plot");
-    assert_eq!(dom.matches("role=\"img\"").count(), 3);
-    assert_eq!(attribute(&dom, "data-selftest"), Some("passed"));
-
     if keep {
         browser.picture("light.png", 1200, &[]);
         browser.picture("phone.png", 500, &[]);
@@ -51,6 +88,44 @@ fn the_plots_draw_and_zoom() {
     } else {
         std::fs::remove_dir_all(&browser.dir).unwrap();
     }
+    Some(dom)
+}
+
+/// The diagnosis of a virtual axis with cogging that its axis file does not know of.
+fn diagnosis() -> Report {
+    let path = Path::new("axis.toml");
+    let text = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[friction]\ncoulomb_nm = 0.02\n\
+        stiffness_nm_rad = 20\ndamping_nm_s_rad = 0.02\nviscous_nm_s_rad = 0.001\n[observer]\nrate_hz = 2000\n";
+    let axis = AxisFile::parse(text, path).unwrap();
+    let believed = Believed::new(&axis, path).unwrap();
+    let mut real = believed.clone();
+    let values = [("amplitude_nm", 0.004), ("order_per_rev", 12.0)];
+    real.effects.push(EffectEntry {
+        id: "actuator.cogging".to_string(),
+        parameters: values.map(|(name, x)| (name.to_string(), x)).to_vec(),
+    });
+    let noise = Noise {
+        torque_nm: 2e-4,
+        position_rad: 0.0,
+    };
+    let input = Input::Experiment(Named::Reversals, 6.0);
+    let log = simulate(&input, &axis, &real, noise, 1, |_| ())
+        .unwrap()
+        .log(real.unit, Path::new("reversals"));
+    let options = Options {
+        catalogue: ALL
+            .iter()
+            .filter(|entry| ["actuator.cogging", "actuator.lag"].contains(&entry.id))
+            .collect(),
+    };
+    let mut outcome = diagnose(&[log], &axis, &believed, &options, &|_| ()).unwrap();
+    outcome.diagnosis.reproduced = reproduced(&outcome).unwrap();
+    let context = Context {
+        axis: "axis.toml".to_string(),
+        facts: vec![("version".to_string(), "test".to_string())],
+        hygiene: believed.assumed.clone(),
+    };
+    report(&outcome, &context)
 }
 
 /// The value of the first attribute `name` in the page.

@@ -185,6 +185,20 @@ impl Axis {
         self
     }
 
+    /// The same axis in the middle of a record: so many samples after its start, its friction under the load that a
+    /// torque puts on bristles of a stiffness.
+    #[must_use]
+    pub fn resumed(mut self, samples: u64, torque_nm: f64, stiffness_nm_rad: f64) -> Self {
+        self.samples = samples;
+        let dt_s = self.config.sample_time_s;
+        self.friction_nm = self.contact.step(bristle_core::friction::Motion {
+            velocity_rad_s: torque_nm / stiffness_nm_rad / dt_s,
+            applied_nm: torque_nm,
+            dt_s,
+        });
+        self
+    }
+
     /// What it is.
     pub fn config(&self) -> &AxisConfig {
         &self.config

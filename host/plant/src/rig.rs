@@ -2,6 +2,7 @@
 
 use crate::axis::{Axis, Truth};
 use bristle_core::experiment::{Experiment, Player};
+use bristle_core::feed_forward::FeedForward;
 use bristle_core::real::Real;
 use bristle_core::stribeck::Curve;
 use bristle_core::tick::{Sample, State, Tick};
@@ -12,6 +13,7 @@ pub struct Rig<T, C> {
     state: State<T>,
     player: Player<T>,
     axis: Axis,
+    feed_forward: Option<Box<FeedForward<T>>>,
 }
 
 /// A tick, and what the axis truly did up to it.
@@ -34,7 +36,16 @@ impl<T: Real, C: Curve<T>> Rig<T, C> {
             tick,
             player: Player::new(experiment, tick_s),
             axis,
+            feed_forward: None,
         }
+    }
+
+    /// The same with a torque added to every reference on its way to the drive. It cancels what the axis has beside its
+    /// model, so the observers are not told of it.
+    #[must_use]
+    pub fn with_feed_forward(mut self, table: FeedForward<T>) -> Self {
+        self.feed_forward = Some(Box::new(table));
+        self
     }
 
     /// The controller's state.
@@ -49,7 +60,18 @@ impl<T: Real, C: Curve<T>> Rig<T, C> {
         let sample = self
             .tick
             .run(&mut self.state, reading.raw(), &mut self.player);
-        self.axis.advance(sample.torque_ref_nm.to_f64());
+        let torque_nm = match &self.feed_forward {
+            None => sample.torque_ref_nm,
+            Some(table) => {
+                let position_rad = reading.counts as f64 * self.axis.config().encoder.rad_per_count;
+                table.apply(
+                    sample.torque_ref_nm,
+                    T::of(position_rad),
+                    sample.luenberger.velocity_rad_s,
+                )
+            }
+        };
+        self.axis.advance(torque_nm.to_f64());
         Record {
             sample,
             counts: reading.counts,

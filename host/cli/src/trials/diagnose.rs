@@ -193,6 +193,6 @@ fn answer(trial: &Trial, left_out: Option<&str>) -> Result<Diagnosis, InputError
     let believed = Believed::new(&trial.axis, &trial.path)?;
     let mut options = Options::default();
     options.catalogue.retain(|entry| Some(entry.id) != left_out);
-    let (diagnosis, _) = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ())?;
-    Ok(diagnosis)
+    let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ())?;
+    Ok(outcome.diagnosis)
 }

@@ -1,6 +1,7 @@
 //! `bristle trials`: how often the right answer comes out, on virtual axes drawn by seed.
 
 mod diagnose;
+mod identify;
 mod score;
 
 use bristle_gap::InputError;
@@ -16,11 +17,13 @@ pub struct Args {
 #[derive(Subcommand)]
 enum What {
     Diagnose(diagnose::Args),
+    Identify(identify::Args),
 }
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
     match &args.what {
         What::Diagnose(args) => diagnose::run(args),
+        What::Identify(args) => identify::run(args),
     }
 }

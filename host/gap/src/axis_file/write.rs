@@ -14,7 +14,23 @@ impl AxisFile {
     /// # Errors
     /// The path cannot be written, or a value is out of its range: a fit that went astray leaves no file behind.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), InputError> {
-        let text = self.to_toml();
+        self.write_under(&[], path)
+    }
+
+    /// The same with lines of comment above it.
+    ///
+    /// # Errors
+    /// As [`AxisFile::write`].
+    pub fn write_under(&self, head: &[String], path: impl AsRef<Path>) -> Result<(), InputError> {
+        let mut text = String::new();
+        for line in head.iter().flat_map(|words| words.lines()) {
+            // TOML allows no control characters in a comment.
+            text += &format!("# {}\n", line.replace(char::is_control, " "));
+        }
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        text += &self.to_toml();
         Self::parse(&text, &path)?;
         write_atomically(path, |writer| writer.write_all(text.as_bytes()))
     }

@@ -12,10 +12,24 @@ use bristle_plant::effect::{Entry, Kind, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// A shape parameter is tried at so many values over its range.
-const LEVELS: usize = 4;
+/// A size that is never zero is tried at so many values over its range.
+const SIZES: usize = 4;
+/// A shape at so many.
+const SHAPES: usize = 3;
+/// A limit at so many: it shows only where it cuts.
+const LIMITS: usize = 8;
 /// Starts of an effect with several shape parameters are cut to so many.
-const MOST_STARTS: usize = 24;
+const MOST_STARTS: usize = 40;
+/// A size that is never zero is not in proportion to its change far from where it was tried.
+const IN_PROPORTION: f64 = 3.0;
+/// A gain as tried is preferred to one in proportion if it is this part of it.
+const CERTAIN: f64 = 0.5;
+/// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
+const LEAST_WAVES: f64 = 2.0;
+/// Moments from which something may be different for good; a fit cannot move them.
+const STARTS_OF_CHANGE: usize = 16;
+/// Moments or places of a sudden change that are tried.
+const MOMENTS: usize = 5;
 
 /// A place to start a fit from, and how much of the weighted rest it should take away.
 #[derive(Clone, Debug)]
@@ -109,24 +123,27 @@ impl<'a> Background<'a> {
     /// The best starts of an effect, best first.
     pub fn starts(&self, entry: &'static Entry) -> Vec<Start> {
         let place = |kind: Kind| entry.parameters.iter().position(|p| p.kind == kind);
-        let mut starts = match (
-            place(Kind::Order),
-            place(Kind::Frequency),
-            place(Kind::Phase),
-        ) {
+        let phase = place(Kind::Phase);
+        let mut starts = match (place(Kind::Order), place(Kind::Frequency), phase) {
             (Some(order), _, Some(phase)) => self.waves(entry, order, phase, false),
             (_, Some(frequency), Some(phase)) => self.waves(entry, frequency, phase, true),
-            (_, _, Some(phase)) => self
-                .grid(entry)
-                .par_iter()
-                .filter_map(|values| self.with_phase(entry, values.clone(), phase))
-                .collect(),
-            _ => self
-                .grid(entry)
-                .par_iter()
-                .filter_map(|values| self.scaled(entry, values.clone()))
-                .collect(),
+            _ => Vec::new(),
         };
+        let mut grid = self.grid(entry);
+        if !starts.is_empty() {
+            // What has a wave has been tried with it; here are the sizes beside.
+            let waved = place(Kind::Size);
+            grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
+        }
+        let of_grid: Vec<Start> = grid
+            .into_par_iter()
+            .filter_map(|values| {
+                phase
+                    .and_then(|phase| self.with_phase(entry, values.clone(), phase))
+                    .or_else(|| self.scaled(entry, values))
+            })
+            .collect();
+        starts.extend(of_grid);
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         starts
     }
@@ -144,9 +161,15 @@ impl<'a> Background<'a> {
             .flat_map(|size| {
                 let [low, high] = range(size);
                 let most = if high.abs() >= low.abs() { high } else { low };
-                [0.15, 0.6].map(|part| {
+                let sizes: Vec<f64> = if low > 0.0 {
+                    levels([low, high], SIZES).collect()
+                } else {
+                    vec![0.15 * most, 0.6 * most]
+                };
+                let none = &none;
+                sizes.into_iter().map(move |x| {
                     let mut values = none.clone();
-                    values[size] = part * most;
+                    values[size] = x;
                     values
                 })
             })
@@ -157,13 +180,19 @@ impl<'a> Background<'a> {
         let shapes: Vec<usize> = of(Kind::Limit).chain(of(Kind::Shape)).collect();
         for shape in shapes {
             let [low, high] = range(shape);
-            if grid.len() * LEVELS > MOST_STARTS || high <= low {
+            let tried: Vec<f64> = match parameters[shape].kind {
+                Kind::Limit => levels([low, high], LIMITS).collect(),
+                _ => self
+                    .moments(parameters[shape].name)
+                    .unwrap_or_else(|| levels([low, high], SHAPES).collect()),
+            };
+            if grid.len() * tried.len() > MOST_STARTS * 2 || high <= low {
                 continue;
             }
             grid = grid
                 .iter()
                 .flat_map(|values| {
-                    levels([low, high]).map(move |x| {
+                    tried.iter().map(move |&x| {
                         let mut values = values.clone();
                         values[shape] = x;
                         values
@@ -172,6 +201,41 @@ impl<'a> Background<'a> {
                 .collect();
         }
         grid
+    }
+
+    /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where the rest is largest.
+    fn moments(&self, name: &str) -> Option<Vec<f64>> {
+        if name == "start_s" {
+            return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
+        }
+        let of = |node: &Node| {
+            let record = &self.records[node.record];
+            let stretch = &record.stretches[node.stretch];
+            match name {
+                "event_s" => Some(stretch.start_s + node.sample as f64 * record.step_s),
+                "place_rad" => Some(match self.scale.unit {
+                    Unit::Rotary => {
+                        let turn = std::f64::consts::TAU;
+                        let q = stretch.smooth_rad[node.sample];
+                        q - turn * (q / turn).round()
+                    }
+                    Unit::Linear => stretch.smooth_rad[node.sample],
+                }),
+                _ => None,
+            }
+        };
+        let mut largest: Vec<usize> = (0..self.nodes.len()).collect();
+        let size = |&i: &usize| (self.fit.left_over[i] * self.weights[i]).abs();
+        largest.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        let mut found: Vec<f64> = Vec::new();
+        for i in largest.into_iter().take(10 * MOMENTS) {
+            let at = of(&self.nodes[i])?;
+            if found.iter().all(|other| (other - at).abs() > 0.02) {
+                found.push(at);
+            }
+        }
+        found.truncate(MOMENTS);
+        Some(found)
     }
 
     /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
@@ -184,17 +248,26 @@ impl<'a> Background<'a> {
         }
         let size =
             (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
-        let factor = size.map_or(1.0, |size| {
-            let range = hard_range((entry.parameters[size].range)(self.scale));
-            let scaled = (-slope / square * values[size]).clamp(range[0], range[1]);
-            let factor = scaled / values[size];
-            values[size] = scaled;
-            factor
-        });
+        let gain = |factor: f64| -factor * (2.0 * slope + factor * square);
+        let mut factor = 1.0;
+        if let Some(size) = size {
+            let usual = (entry.parameters[size].range)(self.scale);
+            let range = hard_range(usual);
+            let mut best = -slope / square;
+            if usual[0] > 0.0 {
+                best = best.clamp(1.0 / IN_PROPORTION, IN_PROPORTION);
+            }
+            let scaled = (best * values[size]).clamp(range[0], range[1]);
+            // As it was tried is certain; in proportion is a guess.
+            if usual[0] <= 0.0 || gain(1.0) < CERTAIN * gain(scaled / values[size]) {
+                factor = scaled / values[size];
+                values[size] = scaled;
+            }
+        }
         Some(Start {
             values,
             phases: Vec::new(),
-            gain: -factor * (2.0 * slope + factor * square),
+            gain: gain(factor),
         })
     }
 
@@ -234,13 +307,22 @@ impl<'a> Background<'a> {
         let Some(size) = entry.parameters.iter().position(|p| p.kind == Kind::Size) else {
             return Vec::new();
         };
-        let [low, high] = (entry.parameters[line].range)(self.scale);
+        let [mut low, high] = (entry.parameters[line].range)(self.scale);
+        if !in_time && self.scale.unit == Unit::Linear {
+            low = low.max(LEAST_WAVES / (self.scale.highest_rad - self.scale.lowest_rad).max(1e-9));
+        }
         let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
         let usual = (entry.parameters[size].range)(self.scale);
         values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
         values[line] = 0.0;
         values[phase] = std::f64::consts::FRAC_PI_2;
-        let Some(still) = self.change(entry, &values) else {
+        let still = if entry.block() == "sensor" {
+            // A wave of the sensor shows through acceleration: with the square of speed.
+            Some(self.weighted(&self.squared_speeds()))
+        } else {
+            self.change(entry, &values)
+        };
+        let Some(still) = still else {
             return Vec::new();
         };
         let lines = if in_time {
@@ -257,6 +339,16 @@ impl<'a> Background<'a> {
                     return self.with_phases(entry, values, size, phase);
                 }
                 self.with_phase(entry, values, phase)
+            })
+            .collect()
+    }
+
+    fn squared_speeds(&self) -> Vec<f64> {
+        self.nodes
+            .iter()
+            .map(|node| {
+                let stretch = &self.records[node.record].stretches[node.stretch];
+                stretch.velocity_rad_s[node.sample].powi(2)
             })
             .collect()
     }
@@ -400,9 +492,9 @@ fn hard_range([low, high]: [f64; 2]) -> [f64; 2] {
     [widen(low, low > 0.0), widen(high, high < 0.0)]
 }
 
-fn levels([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
-    (0..LEVELS).map(move |i| {
-        let part = (i as f64 + 0.5) / LEVELS as f64;
+fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |i| {
+        let part = (i as f64 + 0.5) / count as f64;
         if low > 0.0 {
             low * (high / low).powf(part)
         } else {

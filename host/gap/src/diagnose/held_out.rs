@@ -7,6 +7,9 @@ use super::regime::{FOLDS, Node};
 use crate::inverse::{Fit, Model};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+/// A step is cut to so many standard deviations of the fit with all folds: farther out the model is not straight.
+const FARTHEST: f64 = 4.0;
+
 /// What each node leaves over under the fit of the other folds, N m.
 pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Vec<f64> {
     let columns = model.free.len();
@@ -34,11 +37,20 @@ pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Ve
         *slope = jacobian.tr_mul(&rest);
         whole += &*square;
     }
+    let deviations = spreads(model, fit);
     let moves: Vec<DVector<f64>> = parts
         .iter()
         .map(|(square, slope)| {
-            Cholesky::new(&whole - square)
-                .map_or_else(|| DVector::zeros(columns), |cholesky| cholesky.solve(slope))
+            let mut step = Cholesky::new(&whole - square)
+                .map_or_else(|| DVector::zeros(columns), |cholesky| cholesky.solve(slope));
+            let far = step
+                .iter()
+                .zip(&deviations)
+                .fold(0.0, |far: f64, (x, deviation)| far.max(x.abs() / deviation));
+            if far > FARTHEST {
+                step *= FARTHEST / far;
+            }
+            step
         })
         .collect();
     nodes

@@ -20,7 +20,12 @@ pub struct Group {
 #[derive(Clone, Debug)]
 pub struct Noise {
     groups: Vec<[Group; 3]>,
+    discrepancy_nm: f64,
 }
+
+/// Every model errs: what is left below this part of the gap speaks for no effect. Kennedy and O'Hagan 2001, J. R. Stat.
+/// Soc. B 63, call it the discrepancy.
+const DISCREPANCY: f64 = 0.12;
 
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
@@ -66,7 +71,17 @@ impl Noise {
                 };
             }
         }
-        Self { groups }
+        Self {
+            groups,
+            discrepancy_nm: 0.0,
+        }
+    }
+
+    /// The same where a gap of this rms is to be explained.
+    #[must_use]
+    pub fn explaining(mut self, gap_nm: f64) -> Self {
+        self.discrepancy_nm = DISCREPANCY * gap_nm;
+        self
     }
 
     /// The noise about a node.
@@ -105,7 +120,7 @@ impl Noise {
                     let floor = group.floor_nm * group.floor_nm;
                     let mean = square / group.nodes as f64;
                     // Below the floor a rest is as good as it can be: half of it stays as the least spread.
-                    let spread = mean.max(0.5 * floor);
+                    let spread = mean.max(0.5 * floor) + self.discrepancy_nm.powi(2);
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }
             }

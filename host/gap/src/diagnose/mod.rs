@@ -1,20 +1,36 @@
 //! The gap: where it lies, which effect causes it, how far it shrinks.
 
+mod apply;
 mod candidate;
+mod closed;
 mod confusable;
 mod held_out;
 mod likelihood;
 mod locate;
+mod maps;
+mod next;
 mod regime;
+mod report;
+mod reproduce;
 mod result;
 mod search;
+mod signature;
+mod sound;
 mod spectrum;
 mod verdict;
+mod words;
 
+pub use apply::{Applied, axis_file};
+pub use candidate::{Background, Start};
+pub use closed::{Part, closed_over};
 pub use held_out::{held_out, spreads};
-pub use likelihood::Noise;
+pub use likelihood::{Group, Noise};
 pub use locate::Region;
+pub use maps::{Map, Maps, maps};
+pub use next::{Proposal, next};
 pub use regime::{Node, Regime, nodes};
+pub use report::{Context, report};
+pub use reproduce::{Reproduced, reproduced};
 pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
 pub use search::{Hypothesis, Search, catalogue, search};
 pub use verdict::{Closed, Kind, Verdict};
@@ -22,7 +38,6 @@ pub use verdict::{Closed, Kind, Verdict};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::Record;
 use crate::log::Log;
 use bristle_plant::effect::Entry;
 
@@ -41,22 +56,38 @@ impl Default for Options {
     }
 }
 
+/// A diagnosis and all that it rests on.
+pub struct Outcome {
+    /// As other programs read it.
+    pub diagnosis: Diagnosis,
+    /// All that was tried.
+    pub search: Search,
+    /// The conclusion, with its hypotheses.
+    pub verdict: Verdict,
+}
+
 /// Diagnoses logs against what the axis file believes. `progress` is called with the share done.
 ///
 /// # Errors
-/// Logs and axis file do not fit, or a number is out of range.
+/// Logs and axis file do not fit, a log is wrong as a whole, or a number is out of range.
 pub fn diagnose(
     logs: &[Log],
     axis: &AxisFile,
     believed: &Believed,
     options: &Options,
     progress: &dyn Fn(f64),
-) -> Result<(Diagnosis, Search), InputError> {
-    let records = logs
-        .iter()
-        .map(|log| Record::new(log, axis, believed, &[]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let search = search(records, believed, &options.catalogue, progress)?;
-    let (diagnosis, _) = result::conclude(&search, believed)?;
-    Ok((diagnosis, search))
+) -> Result<Outcome, InputError> {
+    let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
+    let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
+    let search = search(sound.records, believed, catalogue, progress)?;
+    let (mut diagnosis, verdict) = result::conclude(&search, believed)?;
+    if !sound.moves {
+        diagnosis.undecided();
+    }
+    diagnosis.notes.splice(0..0, sound.notes);
+    Ok(Outcome {
+        diagnosis,
+        search,
+        verdict,
+    })
 }

@@ -1,6 +1,7 @@
 //! The diagnosis as other programs read it.
 
 use super::locate::{self, Region};
+use super::reproduce::Reproduced;
 use super::search::Search;
 use super::verdict::{Closed, Kind, Verdict, closed, verdict};
 use crate::believed::Believed;
@@ -35,6 +36,9 @@ pub struct Diagnosis {
     pub others: Others,
     /// The simulator's own parameters that moved.
     pub moved: Vec<Moved>,
+    /// How well records are reproduced with the named effects, by view, log and regime; left out where nobody asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reproduced: Vec<Reproduced>,
     /// What the numbers rest on, a line each.
     pub notes: Vec<String>,
 }
@@ -74,12 +78,12 @@ pub struct Where {
     pub regions: Vec<Region>,
 }
 
-/// An effect, or several together, and what it would explain.
+/// An effect and what it would explain.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// Its id; several are joined by `+`.
+    /// Its id.
     pub effect: String,
-    /// Its block, of the first where there are several.
+    /// Its block.
     pub block: String,
     /// How probable it is.
     pub probability: f64,
@@ -98,6 +102,10 @@ pub struct NextExperiment {
     pub why: String,
     /// What.
     pub what: String,
+    /// Name of the built-in experiment; none where none decides.
+    pub experiment: Option<&'static str>,
+    /// By how much it speaks against the wrong one of the two that are hardest to tell apart, nats.
+    pub separation_nats: Option<f64>,
 }
 
 /// Probabilities of the answers that name no effect.
@@ -124,6 +132,23 @@ pub struct Moved {
     pub deviation: f64,
 }
 
+impl Diagnosis {
+    /// Takes the verdict back: the logs show nothing.
+    pub(super) fn undecided(&mut self) {
+        self.verdict = Conclusion {
+            kind: Kind::Insufficient,
+            effects: Vec::new(),
+            probability: 1.0,
+        };
+        self.others = Others {
+            none: 0.0,
+            parameters: 0.0,
+            unknown: 0.0,
+        };
+        self.moved.clear();
+    }
+}
+
 /// Concludes from a search.
 ///
 /// # Errors
@@ -137,21 +162,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         .flat_map(|&i| verdict.ranked[i].0.ids())
         .map(str::to_string)
         .collect();
-    let candidates: Vec<Candidate> = verdict
-        .ranked
-        .iter()
-        .map(|(hypothesis, probability)| {
-            let ids = hypothesis.ids();
-            Candidate {
-                block: ids.first().map_or(String::new(), |id| block(id)),
-                effect: ids.join("+"),
-                probability: *probability,
-                gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
-                closed_fraction: closed(search, hypothesis),
-                parameters: parameters(search, hypothesis, unit),
-            }
-        })
-        .collect();
+    let candidates = candidates(search, &verdict, unit);
     let [before, after, floor] = verdict.rms_nm;
     let closed_fraction = verdict
         .named
@@ -193,10 +204,54 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
                 deviation: *deviation,
             })
             .collect(),
+        reproduced: Vec::new(),
         notes: Vec::new(),
         candidates,
     };
     Ok((diagnosis, verdict))
+}
+
+/// Every effect that was fitted, once: by itself if it was, and with the probability of all hypotheses that hold it, those
+/// with several effects shared among them.
+fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let alone_first = |len: usize| {
+        verdict
+            .ranked
+            .iter()
+            .filter(move |(h, _)| h.added.len() == len)
+    };
+    for len in 1..=super::search::MOST_EFFECTS {
+        for (hypothesis, probability) in alone_first(len) {
+            for id in hypothesis.ids() {
+                // What the verdict names takes all of it; else the effects share it.
+                let named = |id: &str| {
+                    let of = |&i: &usize| verdict.ranked[i].0.ids().contains(&id);
+                    verdict.named.iter().any(of)
+                };
+                let takes = hypothesis.ids().into_iter().filter(|id| named(id)).count();
+                let part = match takes {
+                    0 => probability / len as f64,
+                    takes if named(id) => probability / takes as f64,
+                    _ => 0.0,
+                };
+                if let Some(known) = candidates.iter_mut().find(|known| known.effect == id) {
+                    known.probability += part;
+                    continue;
+                }
+                candidates.push(Candidate {
+                    effect: id.to_string(),
+                    block: block(id),
+                    probability: part,
+                    gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
+                    closed_fraction: closed(search, hypothesis),
+                    parameters: parameters(search, hypothesis, unit),
+                });
+            }
+        }
+    }
+    candidates.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    candidates
 }
 
 /// The block of an effect's id.

@@ -4,6 +4,7 @@ use super::candidate::{Background, Start};
 use super::held_out::held_out;
 use super::likelihood::Noise;
 use super::regime::{Node, nodes};
+use super::signature;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::{self, Fit, Model, Record, fit, fit_near, scale};
@@ -11,11 +12,15 @@ use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
 /// Effects that are fitted after screening.
-const FITTED: usize = 8;
+const FITTED: usize = 12;
 /// Starts that a fit is tried from.
 const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
 const CLOSE: f64 = 0.6;
+/// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
+const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+/// The best of them are fitted once more with a Jacobian of their own.
+const POLISHED: usize = 4;
 /// Effects that are tried beside the best one.
 const BESIDE: usize = 4;
 /// Most effects at once.
@@ -113,6 +118,11 @@ pub fn search(
         .copied()
         .filter(|entry| model.effects.iter().all(|added| added.entry.id != entry.id))
         .collect();
+    let fitted_ones: Vec<&'static Entry> = catalogue
+        .iter()
+        .copied()
+        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
+        .collect();
     let background = Background::new(&model, &records, &nodes, &scale, &weights, &fitted);
     let screened = screen(&background, &catalogue, &|share| {
         progress(0.1 + 0.4 * share)
@@ -147,6 +157,17 @@ pub fn search(
             Ok((added, model, fit))
         })
         .collect::<Result<Vec<_>, InputError>>()?;
+    tried.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+    let polished = tried
+        .par_iter()
+        .take(POLISHED)
+        .map(|(_, model, fit)| self::fit(model, &records, &weights, fit.at.clone()))
+        .collect::<Result<Vec<_>, InputError>>()?;
+    for (kept, fit) in tried.iter_mut().zip(polished) {
+        kept.2 = fit;
+    }
+    let gap = noise.rms(&nodes, &fitted.left_over).1;
+    let noise = noise.explaining(gap);
     let score = |added: Vec<&'static Entry>, model: Model, fit: Fit| {
         let held_out = held_out(&model, &fit, &weights, &nodes);
         Hypothesis {
@@ -159,6 +180,14 @@ pub fn search(
     };
     let base = score(Vec::new(), model, fitted);
     let mut single: Vec<Hypothesis> = tried.into_iter().map(|(a, m, f)| score(a, m, f)).collect();
+    single.extend(signature::hypotheses(
+        &base,
+        &records,
+        &nodes,
+        &noise,
+        &catalogue,
+        scale.inertia_kg_m2,
+    ));
     single.sort_by(|a, b| b.score.total_cmp(&a.score));
     progress(0.8);
 
@@ -168,7 +197,7 @@ pub fn search(
         let Some(from) = best.take() else { break };
         let background =
             Background::new(&from.model, &records, &nodes, &scale, &weights, &from.fit);
-        let others: Vec<&'static Entry> = catalogue
+        let others: Vec<&'static Entry> = fitted_ones
             .iter()
             .copied()
             .filter(|entry| from.added.iter().all(|added| added.id != entry.id))

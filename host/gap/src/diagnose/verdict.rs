@@ -70,16 +70,18 @@ pub struct Verdict {
 const ACCUSES: f64 = 12.0;
 /// Part of the floor that an effect must take away: less is what smoothing leaves at reversals.
 const MATTERS: f64 = 0.25;
-/// A second effect must gain this part of what the first one did.
-const SECOND: f64 = 0.04;
+/// A second effect must explain this much more of the explainable gap: less is what a model's own error leaves to it.
+const SECOND: f64 = 0.12;
+/// Of several effects each must explain this much of the gap alone.
+const ALONE: f64 = 0.15;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (6.0, 0.02);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
-const TEMPERATURE: f64 = 4.0;
+const TEMPERATURE: f64 = 8.0;
 /// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
 const UNKNOWN: (f64, f64) = (1.5, 0.8);
 /// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
-const MOVED: (f64, f64) = (4.0, 0.01);
+const MOVED: (f64, f64) = (4.0, 0.02);
 
 /// Concludes.
 pub fn verdict(search: &Search) -> Verdict {
@@ -102,7 +104,11 @@ pub fn verdict(search: &Search) -> Verdict {
 
     let parameters_help = search.noise.log_density(&search.nodes, &search.as_given);
     let refit_gain = base.score - parameters_help;
-    let moved_matters = refit_gain > ACCUSES && !moved.is_empty();
+    let given = search.noise.rms(&search.nodes, &search.as_given).1;
+    let refitted = search.noise.rms(&search.nodes, &base.fit.left_over).1;
+    let moved_matters = refit_gain > ACCUSES
+        && !moved.is_empty()
+        && contribution(given, refitted) > MATTERS * floor;
 
     let accused =
         chosen.is_some() && gain > ACCUSES && contribution(before, after) > MATTERS * floor;
@@ -113,15 +119,20 @@ pub fn verdict(search: &Search) -> Verdict {
         .first()
         .map_or(base.score, |h| h.score.max(base.score));
     let weight = |score: f64| ((score - top) / TEMPERATURE).exp();
-    let mut weights: Vec<f64> = ranked.iter().map(|h| weight(h.score - ACCUSES)).collect();
+    let mut weights: Vec<f64> = ranked
+        .iter()
+        .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
+        .collect();
     let plain = weight(base.score);
-    let mut of_unknown = 1e-3;
-    let doubt = (4.0 * (lack_of_fit - UNKNOWN.0)).clamp(-6.0, 6.0) + 8.0 * (UNKNOWN.1 - explained);
-    if lack_of_fit > 1.2 {
-        let sum: f64 = weights.iter().sum::<f64>() + plain;
-        of_unknown += sum * doubt.clamp(-8.0, 8.0).exp();
-    }
-    let sum: f64 = weights.iter().sum::<f64>() + plain + of_unknown;
+    // Both must speak for it: much left over, and little explained.
+    let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
+    let unknown = if gain > ACCUSES || lack_of_fit > UNKNOWN.0 {
+        let left = logistic(6.0 * (lack_of_fit - UNKNOWN.0));
+        left.min(logistic(15.0 * (UNKNOWN.1 - explained)))
+    } else {
+        0.01
+    };
+    let sum: f64 = (weights.iter().sum::<f64>() + plain) / (1.0 - unknown);
     for w in &mut weights {
         *w /= sum;
     }
@@ -130,7 +141,6 @@ pub fn verdict(search: &Search) -> Verdict {
     } else {
         (plain / sum, 0.0)
     };
-    let unknown = of_unknown / sum;
     let ranked: Vec<(Hypothesis, f64)> = ranked.into_iter().zip(weights).collect();
 
     let place = |ids: &[&str]| ranked.iter().position(|(h, _)| h.ids() == ids);
@@ -156,7 +166,13 @@ pub fn verdict(search: &Search) -> Verdict {
                 .filter(|(_, (h, _))| h.added.len() == 1 && h.score >= limit)
                 .map(|(i, _)| i)
                 .collect();
-            let probability = tied.iter().map(|&i| ranked[i].1).sum();
+            // With a second effect that is not needed it is still this one.
+            let ids: Vec<&str> = tied.iter().map(|&i| ranked[i].0.added[0].id).collect();
+            let probability = ranked
+                .iter()
+                .filter(|(h, _)| h.ids().iter().any(|id| ids.contains(id)))
+                .map(|(_, p)| p)
+                .sum();
             let kind = if tied.len() > 1 {
                 Kind::Ambiguous
             } else {
@@ -187,10 +203,19 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     };
     let rms = |h: &Hypothesis| search.noise.rms(&search.nodes, &h.held_out).1;
     let (floor, _) = search.noise.rms(&search.nodes, &single.held_out);
-    let gain = single.score - search.base.score;
-    let more = pair.score - single.score;
-    let worth =
-        more > ACCUSES.max(SECOND * gain) && contribution(rms(single), rms(pair)) > MATTERS * floor;
+    let before = rms(&search.base);
+    let share = |h: &Hypothesis| explained(before, rms(h), floor);
+    // Each must explain something by itself: what only helps another one stands for that one's error.
+    let alone = |id: &str| {
+        search
+            .single
+            .iter()
+            .any(|h| h.added[0].id == id && share(h) > ALONE)
+    };
+    let worth = pair.score - single.score > ACCUSES
+        && contribution(rms(single), rms(pair)) > MATTERS * floor
+        && share(pair) - share(single) > SECOND
+        && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
 }
 

@@ -5,6 +5,7 @@
 //! the offset F_G stands on its side: torque = J a + F + F_G. A linear axis reads m for rad and N for N m.
 
 pub mod dahl_curve;
+pub mod joint;
 mod linear;
 pub mod presliding;
 mod record;
@@ -76,6 +77,17 @@ pub enum Verdict {
     Weak,
     /// The interval has no bound, or the value itself lies within it from zero.
     NotIdentified,
+}
+
+impl Verdict {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Identified => "identified",
+            Self::Weak => "weak",
+            Self::NotIdentified => "not identifiable",
+        }
+    }
 }
 
 /// A parameter with its interval at [`LEVEL`].

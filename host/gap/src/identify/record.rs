@@ -1,7 +1,5 @@
 //! What every step asks of a record.
 
-use crate::log::Log;
-
 /// Least step between two positions that differ: the encoder's count, or the resolution of the print; zero where nothing
 /// moves.
 pub(super) fn grid(position: &[f64]) -> f64 {
@@ -16,18 +14,6 @@ pub(super) fn grid(position: &[f64]) -> f64 {
     // Rounding makes some steps smaller than a count; hardly one in a hundred.
     let place = steps.len() / 100;
     *steps.select_nth_unstable_by(place, f64::total_cmp).1
-}
-
-/// First sample and the one past the last of each stretch without a gap.
-pub(super) fn stretches(log: &Log) -> Vec<(usize, usize)> {
-    let mut start = 0;
-    let ends = log
-        .gaps()
-        .into_iter()
-        .map(|gap| gap.before + 1)
-        .chain([log.len()]);
-    ends.map(|end| (std::mem::replace(&mut start, end), end))
-        .collect()
 }
 
 /// From the least to the greatest; zero for nothing.

@@ -184,13 +184,14 @@ fn undo_sensor(stretch: &Stretch, step_s: f64, make: &dyn Fn() -> Vec<Box<dyn Ef
 }
 
 /// A signal that acts later by a part of a sample, or several.
-struct Later {
+pub struct Later {
     whole: isize,
     part: f64,
 }
 
 impl Later {
-    fn new(samples: f64) -> Self {
+    /// By so many samples.
+    pub fn new(samples: f64) -> Self {
         let whole = samples.floor();
         Self {
             whole: whole as isize,
@@ -198,7 +199,8 @@ impl Later {
         }
     }
 
-    fn at(&self, values: &[f64], k: usize) -> f64 {
+    /// The value that acts during sample `k`; before its start a signal is as at its start.
+    pub fn at(&self, values: &[f64], k: usize) -> f64 {
         let last = values.len() as isize - 1;
         let value = |k: isize| values[k.clamp(0, last) as usize];
         let k = k as isize - self.whole;

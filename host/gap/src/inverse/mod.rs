@@ -12,7 +12,7 @@ mod sensor;
 
 pub use base::scale;
 pub use fit::{Fit, fit, fit_near};
-pub use follow::{Running, left_over};
+pub use follow::{Later, Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, Free, Model, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};

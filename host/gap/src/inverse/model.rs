@@ -312,14 +312,25 @@ impl Point {
         &self.effects
     }
 
-    fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
-        let believed = &self.believed;
+    /// The effects at this point as they are on a record.
+    pub fn effects_on(&self, record: usize) -> Vec<Added> {
         let mut all = self.effects.clone();
         for &(effect, parameter, on, value) in &self.on_records {
-            if on == place {
+            if on == record {
                 all[effect].values[parameter] = value;
             }
         }
+        all
+    }
+
+    /// How much later than recorded the effort acts, s.
+    pub fn skew_s(&self) -> f64 {
+        self.skew_s
+    }
+
+    fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
+        let believed = &self.believed;
+        let all = self.effects_on(place);
         let of_sensor = |added: &&Added| added.entry.id.starts_with("sensor.");
         let unit = believed.unit;
         let build = |added: &Added| (added.entry.build)(&added.values, unit);

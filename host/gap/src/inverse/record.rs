@@ -84,12 +84,7 @@ impl Record {
         let step_s = original_s * averaged as f64;
         let mut stretches = Vec::new();
         let mut noise_rad = 0.0;
-        let mut edges: Vec<usize> = log.gaps().iter().map(|gap| gap.before + 1).collect();
-        edges.push(log.len());
-        let mut first = 0;
-        for end in edges {
-            let range = first..end;
-            first = end;
+        for range in log.stretches() {
             let span_s = log.time_s[range.end - 1] - log.time_s[range.start];
             if span_s < SHORTEST_S {
                 continue;

@@ -1,13 +1,13 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
-/// Increments that may lie off the grid: a sum of rounded numbers.
-const OFF_GRID: f64 = 0.01;
+/// Increments that may lie off the grid: without one, half of them would.
+const OFF_GRID: f64 = 0.05;
 /// An increment lies on the grid within this part of it.
-const ON_GRID: f64 = 0.05;
+const ON_GRID: f64 = 0.25;
 /// Fewest increments that make a grid.
 const FEWEST: usize = 50;
-/// Increments beyond so many grid steps say nothing of the grid: rounding is as large as a step.
-const MOST_STEPS: f64 = 1e5;
+/// Increments beyond so many grid steps say little of the grid: rounding adds up.
+const MOST_STEPS: f64 = 6.0;
 /// Parts of the speeds that noise is measured in.
 const PARTS: usize = 8;
 
@@ -28,10 +28,11 @@ pub fn shown(position_rad: &[f64], step_s: f64) -> Shown {
     }
 }
 
-/// The smallest increment, if all others are multiples of it.
+/// The smallest increment, if nearly all others are multiples of it: a coarse sensor behind a fine one rounds twice, so
+/// that its increments are off its grid by a count of the fine one.
 fn grid_rad(position_rad: &[f64]) -> f64 {
     let span = position_rad.iter().fold(0.0, |m: f64, q| m.max(q.abs()));
-    let steps: Vec<f64> = position_rad
+    let mut steps: Vec<f64> = position_rad
         .windows(2)
         .map(|q| (q[1] - q[0]).abs())
         .filter(|&step| step > 1e-12 * span)
@@ -39,10 +40,18 @@ fn grid_rad(position_rad: &[f64]) -> f64 {
     if steps.len() < FEWEST {
         return 0.0;
     }
-    let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    steps.sort_unstable_by(f64::total_cmp);
+    // The smallest ones, up to one and a half of the very smallest, differ by no more than rounding.
+    let least = steps[0];
+    let small: Vec<f64> = steps
+        .iter()
+        .copied()
+        .take_while(|&s| s < 1.5 * least)
+        .collect();
+    let guess = small.iter().sum::<f64>() / small.len() as f64;
     let near: Vec<f64> = steps
         .iter()
-        .map(|s| s / least)
+        .map(|s| s / guess)
         .filter(|&n| n < MOST_STEPS)
         .collect();
     let off = near
@@ -52,12 +61,11 @@ fn grid_rad(position_rad: &[f64]) -> f64 {
     if off as f64 > OFF_GRID * near.len() as f64 {
         return 0.0;
     }
-    // The mean over all increments knows the grid better than one of them.
     let (sum, count) = steps
         .iter()
-        .filter(|&s| s / least < MOST_STEPS)
+        .filter(|&s| s / guess < MOST_STEPS)
         .fold((0.0, 0.0), |(sum, count), s| {
-            (sum + s, count + (s / least).round())
+            (sum + s, count + (s / guess).round())
         });
     sum / count
 }

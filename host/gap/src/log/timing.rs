@@ -1,6 +1,7 @@
 //! How evenly a log is sampled.
 
 use super::Log;
+use std::ops::Range;
 
 /// An interval without samples where there should be some.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,17 @@ impl Log {
                 }),
                 _ => None,
             })
+            .collect()
+    }
+
+    /// Samples of each stretch without a gap.
+    pub fn stretches(&self) -> Vec<Range<usize>> {
+        let mut start = 0;
+        self.gaps()
+            .into_iter()
+            .map(|gap| gap.before + 1)
+            .chain([self.len()])
+            .map(|end| std::mem::replace(&mut start, end)..end)
             .collect()
     }
 

@@ -17,13 +17,16 @@
 //! assert!(html.starts_with("<!DOCTYPE html>"));
 //! ```
 
+mod bars;
 mod decimate;
 mod plot;
 mod table;
 mod text;
 
+pub use bars::Bars;
 pub use plot::{MAX_POINTS, Plot, TimePlot, XyPlot};
 pub use table::Table;
+pub use text::short;
 
 use text::{html, push_html};
 
@@ -54,6 +57,7 @@ enum Section {
     Heading(String),
     Paragraph(String),
     Table(Table),
+    Bars(Bars),
     Plot(Plot),
     Facts(Vec<(String, String)>),
 }
@@ -87,6 +91,11 @@ impl Report {
         self.add(Section::Table(table))
     }
 
+    /// Bars.
+    pub fn bars(self, bars: Bars) -> Self {
+        self.add(Section::Bars(bars))
+    }
+
     /// A plot.
     pub fn plot(self, plot: impl Into<Plot>) -> Self {
         self.add(Section::Plot(plot.into()))
@@ -114,6 +123,7 @@ impl Report {
                 Section::Heading(text) => push_element(&mut body, "h2", text),
                 Section::Paragraph(text) => push_element(&mut body, "p", text),
                 Section::Table(table) => table.push_html(&mut body),
+                Section::Bars(bars) => bars.push_html(&mut body),
                 Section::Facts(facts) => push_facts(&mut body, facts),
                 Section::Plot(plot) => {
                     if plots == 0 {

@@ -1,5 +1,18 @@
 //! Writing text and numbers into HTML and JSON.
 
+/// A number with four significant digits.
+pub fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        format!("{value}")
+    } else if (1e-3..1e5).contains(&magnitude) {
+        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
 /// Appends `text` to `out` so that HTML shows it as it is, in content and in quoted attributes.
 pub(super) fn push_html(out: &mut String, text: &str) {
     for c in text.chars() {
@@ -100,6 +113,15 @@ mod tests {
         let mut out = String::new();
         push_json_numbers(&mut out, values);
         out
+    }
+
+    #[test]
+    fn four_digits() {
+        let shown = [0.0, 1.5, 0.0123456, 1234.56, 99999.4, 1e-7, f64::NAN].map(short);
+        assert_eq!(
+            shown,
+            ["0", "1.500", "0.01235", "1235", "99999", "1.000e-7", "NaN"]
+        );
     }
 
     #[test]

@@ -26,7 +26,11 @@ pub(super) const ENTRY: Entry = Entry {
         Parameter::new(["amplitude_nm", "amplitude_n"], Kind::Size, |scale| {
             [0.0, 0.5 * scale.coulomb_nm]
         }),
-        Parameter::ORDER,
+        // A multiple of slots or poles: four at least.
+        Parameter::new(["order_per_rev", "order_per_m"], Kind::Order, |scale| {
+            scale.either([4.0, 200.0], [1.0, 500.0])
+        })
+        .or(1.0),
         Parameter::PHASE,
     ],
     build: |values, unit| {

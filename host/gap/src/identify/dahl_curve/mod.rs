@@ -10,7 +10,7 @@ mod lines;
 
 pub use branches::Branch;
 
-use super::record::{grid, span, stretches};
+use super::record::{grid, span};
 use super::{Estimate, LEVEL, Parameter, Verdict};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
@@ -70,13 +70,14 @@ pub fn identify(log: &Log, axis: &AxisFile) -> Result<DahlCurve, InputError> {
             "use a finer encoder, or the dahl-ramp experiment with a larger amplitude",
         );
     }
-    let mut branches: Vec<Branch> = stretches(log)
+    let mut branches: Vec<Branch> = log
+        .stretches()
         .into_iter()
-        .flat_map(|(from, to)| {
+        .flat_map(|range| {
             branches::branches(
-                &log.time_s[from..to],
-                &position[from..to],
-                &torque[from..to],
+                &log.time_s[range.clone()],
+                &position[range.clone()],
+                &torque[range],
                 count,
             )
         })

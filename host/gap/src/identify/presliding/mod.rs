@@ -11,13 +11,14 @@ pub use choice::Candidate;
 pub use continuous::{Arx, Continuous};
 
 use super::linear::delta;
-use super::record::{grid, span, stretches};
+use super::record::{grid, span};
 use super::{Estimate, LEVEL, Parameter};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
 use crate::log::Log;
 use arx::{Model, Record, iterate, least_squares};
 use statrs::distribution::{ContinuousCDF, Normal};
+use std::ops::Range;
 
 /// What the step found.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,14 +60,15 @@ pub fn identify(log: &Log, axis: &AxisFile) -> Result<Presliding, InputError> {
     let torque = log.effort_nm(axis)?;
     let position = log.position_rad(axis)?;
     let step_s = log.median_step_s();
-    let (from, to) = stretches(log)
+    let range = log
+        .stretches()
         .into_iter()
-        .max_by_key(|(from, to)| to - from)
-        .unwrap_or((0, log.len()));
-    let torque = &torque[from..to];
+        .max_by_key(Range::len)
+        .unwrap_or(0..log.len());
+    let torque = &torque[range.clone()];
     let count = grid(&position);
-    let origin = position[from];
-    let position: Vec<f64> = position[from..to].iter().map(|q| q - origin).collect();
+    let origin = position[range.start];
+    let position: Vec<f64> = position[range.clone()].iter().map(|q| q - origin).collect();
     let record = Record {
         torque,
         position: &position,
@@ -85,11 +87,11 @@ pub fn identify(log: &Log, axis: &AxisFile) -> Result<Presliding, InputError> {
         );
     }
     let changes = changes(torque);
-    if changes < LEAST_CHANGES || to - from < 20 * LEAST_CHANGES {
+    if changes < LEAST_CHANGES || range.len() < 20 * LEAST_CHANGES {
         return refuse(
             format!(
                 "the torque changes {changes} times in {} samples: not enough excitation",
-                to - from
+                range.len()
             ),
             "run the binary experiment (prbs) for some seconds",
         );

@@ -8,7 +8,7 @@
 use super::{SteadyMap, SteadyPoint};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
-use crate::identify::record::{grid, stretches};
+use crate::identify::record::grid;
 use crate::log::{EffortKind, Log};
 
 /// How stretches are found.
@@ -55,14 +55,9 @@ pub(super) fn find(
         left_out: Vec::new(),
     };
     let (mut slow, mut turning, mut drifting) = (0, 0, 0);
-    for (start, end) in stretches(log) {
-        for (from, to) in straight(
-            &position[start..end],
-            window,
-            step_s,
-            grid,
-            settings.speed_share,
-        ) {
+    for range in log.stretches() {
+        let start = range.start;
+        for (from, to) in straight(&position[range], window, step_s, grid, settings.speed_share) {
             let (from, to) = (start + from, start + to);
             let travel = (position[to - 1] - position[from]).abs();
             if travel < settings.least_counts * grid {

@@ -1,0 +1,75 @@
+//! `bristle diagnose` from logs to the files that follow from them, through the command.
+
+use std::path::Path;
+use std::process::Command;
+
+const AXIS: &str = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[friction]\ncoulomb_nm = 0.02\n\
+    stiffness_nm_rad = 20\ndamping_nm_s_rad = 0.02\nviscous_nm_s_rad = 0.001\n[drive]\nspeed_limit_rad_s = 40\n\
+    [observer]\nrate_hz = 2000\n";
+
+fn bristle(folder: &Path, words: &str) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_bristle"))
+        .args(words.split_whitespace())
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{words}: {said}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn every_file_that_follows_is_written_and_can_be_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("axis.toml"), AXIS).unwrap();
+    bristle(
+        path,
+        "simulate --axis axis.toml --experiment reversals --seconds 4 --torque-noise-nm 2e-4 --out log.csv --effect \
+         actuator.cogging:amplitude_nm=0.005,order_per_rev=12",
+    );
+    let said = bristle(
+        path,
+        "diagnose --axis axis.toml log.csv --json d.json --report d.html --apply applied.toml --plan-out plan.toml \
+         --feed-forward table.toml",
+    );
+    let text = std::fs::read_to_string(path.join("d.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let views: Vec<&str> = json["reproduced"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["view"].as_str().unwrap())
+        .collect();
+    for view in [
+        "effort one step ahead",
+        "position over 0.2 s",
+        "position in free run",
+    ] {
+        assert!(views.contains(&view), "{view} in {views:?}");
+        assert!(said.contains(view), "{view} in {said}");
+    }
+    assert!(
+        std::fs::read_to_string(path.join("d.html"))
+            .unwrap()
+            .contains("Budget of the gap")
+    );
+    bristle(
+        path,
+        "simulate --axis applied.toml --input log.csv --out again.csv",
+    );
+    // A plan and a table are there, or the command says why not.
+    for (file, reason) in [
+        ("plan.toml", "plan: none"),
+        ("table.toml", "feed-forward: none"),
+    ] {
+        assert_eq!(
+            path.join(file).exists(),
+            !said.contains(reason),
+            "{file}: {said}"
+        );
+    }
+    if path.join("plan.toml").exists() {
+        bristle(path, "run plan.toml --axis axis.toml --out logs");
+    }
+}

@@ -1,0 +1,258 @@
+//! What `bristle identify` promises: the published figures of EMPS, known parameters found again, bad input refused.
+
+use serde_json::Value;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn bristle(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_bristle"))
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn identify(folder: &Path, words: &[&str]) -> Value {
+    let mut all = vec!["identify", "--out", "fitted.toml", "--json", "-"];
+    all.extend(words);
+    let output = bristle(folder, &all);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn emps(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("BRISTLE_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let path = folder.join("emps").join(name);
+    if path.is_file() {
+        return Some(path.canonicalize().unwrap());
+    }
+    let _ = writeln!(
+        std::io::stderr(),
+        "SKIPPED: {} is not there; set BRISTLE_DATA to the folder that holds emps/",
+        path.display()
+    );
+    None
+}
+
+/// Nothing but that the axis is linear, and a mass off by a third.
+const BARE: &str = "[axis]\nmass_kg = 60\n";
+
+fn value(result: &Value, name: &str) -> f64 {
+    result["parameters"][name]["value"].as_f64().unwrap()
+}
+
+#[test]
+fn published_figures_of_emps_from_the_train_record_alone() {
+    let Some(train) = emps("emps_train.csv") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("axis.toml"), BARE).unwrap();
+    let train = train.display().to_string();
+    let result = identify(
+        folder.path(),
+        &[
+            "--axis",
+            "axis.toml",
+            &train,
+            "--model",
+            "coulomb-viscous",
+            "--plain",
+        ],
+    );
+    // Janot, Gautier, Brunot 2019; the offset has the sign of a force on the carriage.
+    for (name, published) in [
+        ("mass_kg", 95.11),
+        ("viscous_n_s_m", 203.5),
+        ("coulomb_n", 20.39),
+        ("mechanics.offset.force_n", 3.16),
+    ] {
+        let off = value(&result, name) / published - 1.0;
+        println!("{name}: {:.3} % off, limit 0.5 %", 100.0 * off);
+        assert!(off.abs() < 0.005, "{name}: {off}");
+    }
+    // Reads again as it is.
+    let again = identify(
+        folder.path(),
+        &[
+            "--axis",
+            "fitted.toml",
+            &train,
+            "--model",
+            "coulomb-viscous",
+            "--plain",
+        ],
+    );
+    let off = value(&again, "mass_kg") / value(&result, "mass_kg") - 1.0;
+    // The start moves the regimes' bounds by a sample here and there.
+    assert!(off.abs() < 1e-3, "{off}");
+}
+
+#[test]
+fn direction_dependent_friction_on_emps() {
+    let (Some(train), Some(pulses)) = (emps("emps_train.csv"), emps("emps_pulses.csv")) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("axis.toml"), BARE).unwrap();
+    let result = identify(
+        folder.path(),
+        &[
+            "--axis",
+            "axis.toml",
+            &train.display().to_string(),
+            "--held-out",
+            &pulses.display().to_string(),
+            "--model",
+            "elasto-plastic",
+            "--with",
+            "friction.asymmetry",
+        ],
+    );
+    let relative = |place: usize| result["errors"][place]["effort_relative"].as_f64().unwrap();
+    println!(
+        "relative force error: train {}, pulses {}",
+        relative(0),
+        relative(1)
+    );
+    // Published with direction-dependent friction: 3.11 %; on the pulses 5.98 % without.
+    assert!(relative(0) <= 0.0311);
+    assert!(relative(1) <= 0.0598);
+    assert_eq!(result["errors"][1]["held_out"], true);
+    // One carriage that only slides: these logs cannot show presliding.
+    for name in ["stribeck_velocity_m_s", "damping_n_s_m"] {
+        assert_eq!(
+            result["parameters"][name]["verdict"], "not identifiable",
+            "{name}"
+        );
+        assert!(result["parameters"][name]["advice"].is_string());
+    }
+}
+
+#[test]
+fn finds_the_parameters_of_a_virtual_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let axis = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes/bench.toml");
+    let axis = axis.display().to_string();
+    // An encoder that shows the bristles: 80 counts of z_ss.
+    let text = std::fs::read_to_string(&axis).unwrap();
+    let fine = text.replace("counts_per_rev = 16384", "counts_per_rev = 262144");
+    assert_ne!(text, fine);
+    std::fs::write(folder.path().join("fine.toml"), fine).unwrap();
+    std::fs::write(
+        folder.path().join("bare.toml"),
+        "[axis]\ninertia_kg_m2 = 4e-5\ncounts_per_rev = 262144\n",
+    )
+    .unwrap();
+    let experiments = ["ladder", "sine", "dahl-ramp", "break-away"];
+    let mut words = vec!["--axis", "bare.toml", "--model", "elasto-plastic"];
+    let logs = experiments.map(|name| format!("{name}.csv"));
+    for (name, log) in experiments.iter().zip(&logs) {
+        let words = [
+            "simulate",
+            "--axis",
+            "fine.toml",
+            "--experiment",
+            name,
+            "--seconds",
+            "4",
+            "--out",
+            log,
+        ];
+        assert!(bristle(folder.path(), &words).status.success());
+    }
+    words.extend(logs.iter().map(String::as_str));
+    let result = identify(folder.path(), &words);
+    // Far below what a user could measure otherwise; damping and break-away are what encoders show least.
+    for (name, truth, limit) in [
+        ("inertia_kg_m2", 2.5246e-5, 0.02),
+        ("coulomb_nm", 0.020, 0.01),
+        ("viscous_nm_s_rad", 0.0029, 0.01),
+        ("stribeck_velocity_rad_s", 0.3, 0.1),
+        ("stiffness_nm_rad", 10.53, 0.03),
+    ] {
+        let off = value(&result, name) / truth - 1.0;
+        println!(
+            "{name}: {:.2} % off, limit {:.0} %",
+            100.0 * off,
+            100.0 * limit
+        );
+        assert!(off.abs() < limit, "{name}: {off}");
+        assert_eq!(
+            result["parameters"][name]["verdict"], "identified",
+            "{name}"
+        );
+    }
+    let fitted = std::fs::read_to_string(folder.path().join("fitted.toml")).unwrap();
+    assert!(fitted.contains("sha256") && fitted.contains("# Intervals are at 90 %."));
+    let observed = bristle(
+        folder.path(),
+        &[
+            "observe",
+            "--axis",
+            "fitted.toml",
+            "sine.csv",
+            "--out",
+            "states.csv",
+        ],
+    );
+    assert!(observed.status.success());
+}
+
+#[test]
+fn bad_input_is_one_line_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("axis.toml", "[axis]\ninertia_kg_m2 = 1e-4\n");
+    write("empty.csv", "");
+    write(
+        "short.csv",
+        "time_s,torque_nm,position_rad\n0,0,0\n0.001,0.1,0.001\n",
+    );
+    let rows: String = (0..2000)
+        .map(|k| format!("{},0,{}\n", k as f64 * 1e-3, k as f64))
+        .collect();
+    write(
+        "zero.csv",
+        &format!("time_s,torque_nm,position_rad\n{rows}"),
+    );
+    write(
+        "nan.csv",
+        "time_s,torque_nm,position_rad\n0,NaN,0\n0.001,0.1,0.001\n",
+    );
+    let good = "short.csv";
+    for words in [
+        vec!["--axis", "axis.toml", "none.csv"],
+        vec!["--axis", "axis.toml", "empty.csv"],
+        vec!["--axis", "axis.toml", "short.csv"],
+        vec!["--axis", "axis.toml", "zero.csv"],
+        vec!["--axis", "axis.toml", "nan.csv"],
+        vec!["--axis", "none.toml", good],
+        vec!["--axis", "axis.toml", good, "--with", "friction.unknown"],
+        vec!["--axis", "axis.toml", good, "--model", "guess"],
+        vec!["--axis", "axis.toml"],
+    ] {
+        let mut all = vec![
+            "identify",
+            "--out",
+            "fitted.toml",
+            "--json",
+            "r.json",
+            "--report",
+            "r.html",
+        ];
+        all.extend(&words);
+        let output = bristle(folder.path(), &all);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {errors}");
+        assert!(!errors.contains("panicked"), "{words:?}: {errors}");
+        for name in ["fitted.toml", "r.json", "r.html"] {
+            assert!(!folder.path().join(name).exists(), "{words:?}: {name}");
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Effects that only make noise: no model takes them away, but positions show them by themselves. A coarser grid than
+//! believed is `sensor.quantization`, noise that grows with speed `sensor.jitter`.
+//!
+//! What such an effect explains is noise in the balance of torques: the inertia times the noise's second difference.
+
+use super::likelihood::Noise;
+use super::regime::{Node, Regime};
+use super::search::Hypothesis;
+use crate::inverse::{Added, Record};
+use bristle_plant::effect::Entry;
+use bristle_plant::effect::Kind;
+
+/// A grid this much coarser than a count is no rounding of the file.
+const COARSER: f64 = 1.5;
+/// Jitter counts where it moves the position by this part of a count at the speeds on record.
+const JITTER_COUNTS: f64 = 0.3;
+
+/// The hypotheses that the positions themselves suggest.
+pub fn hypotheses(
+    base: &Hypothesis,
+    records: &[Record],
+    nodes: &[Node],
+    noise: &Noise,
+    catalogue: &[&'static Entry],
+    inertia_kg_m2: f64,
+) -> Vec<Hypothesis> {
+    let entry = |id: &str| catalogue.iter().copied().find(|entry| entry.id == id);
+    let mut found = Vec::new();
+    if let Some(entry) = entry("sensor.quantization") {
+        let grid = records
+            .iter()
+            .map(|r| r.sensor.grid_rad)
+            .fold(f64::INFINITY, f64::min);
+        let believed = records.iter().map(|r| r.rad_per_count).fold(0.0, f64::max);
+        if grid.is_finite() && grid > COARSER * believed {
+            let extra = |_: &Record, _: f64| (grid * grid - believed * believed) / 12.0;
+            found.extend(explains(
+                base,
+                records,
+                nodes,
+                noise,
+                entry,
+                grid,
+                inertia_kg_m2,
+                &extra,
+            ));
+        }
+    }
+    if let Some(entry) = entry("sensor.jitter") {
+        let jitter = records
+            .iter()
+            .map(|r| r.sensor.jitter_s)
+            .fold(f64::INFINITY, f64::min);
+        let moves = records.iter().all(|record| {
+            let top = record
+                .stretches
+                .iter()
+                .flat_map(|s| &s.velocity_rad_s)
+                .fold(0.0, |top: f64, v| top.max(v.abs()));
+            jitter * top > JITTER_COUNTS * record.rad_per_count
+        });
+        if jitter.is_finite() && jitter > 0.0 && moves {
+            let extra = |_: &Record, v: f64| (jitter * v).powi(2);
+            found.extend(explains(
+                base,
+                records,
+                nodes,
+                noise,
+                entry,
+                jitter,
+                inertia_kg_m2,
+                &extra,
+            ));
+        }
+    }
+    found
+}
+
+/// The base with position noise of an extra variance at each node explained.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what a hypothesis is scored with, used twice"
+)]
+fn explains(
+    base: &Hypothesis,
+    records: &[Record],
+    nodes: &[Node],
+    noise: &Noise,
+    entry: &'static Entry,
+    size: f64,
+    inertia_kg_m2: f64,
+    extra: &dyn Fn(&Record, f64) -> f64,
+) -> Option<Hypothesis> {
+    let (mut squares, mut kept, mut gain) = (0.0, 0.0, 0.0);
+    for (node, r) in nodes.iter().zip(&base.held_out) {
+        if node.excluded || node.regime == Regime::Rest {
+            continue;
+        }
+        let record = &records[node.record];
+        let v = record.stretches[node.stretch].velocity_rad_s[node.sample];
+        let per = inertia_kg_m2 / record.step_s.powi(2) * record.kernel.of_second_difference();
+        let excess = per * per * extra(record, v) / record.averaged as f64;
+        let group = noise.group(node);
+        let spread = group.spread_nm.powi(2);
+        // Variance with the extra noise over that without it: the evidence of a change of variance.
+        let ratio = spread / (spread - excess).max(0.1 * spread);
+        let share = group.independent / group.nodes.max(1) as f64;
+        gain += 0.5 * share * (ratio - 1.0 - ratio.ln());
+        squares += r * r;
+        kept += (r * r - excess).max(0.1 * r * r);
+    }
+    if squares <= 0.0 || kept >= squares {
+        return None;
+    }
+    let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+    let place = entry.parameters.iter().position(|p| p.kind == Kind::Size)?;
+    values[place] = size;
+    let mut hypothesis = base.clone();
+    hypothesis.added.push(entry);
+    hypothesis.model.effects.push(Added { entry, values });
+    let less = f64::sqrt(kept / squares);
+    for r in &mut hypothesis.held_out {
+        *r *= less;
+    }
+    hypothesis.score += gain;
+    Some(hypothesis)
+}

@@ -1,0 +1,43 @@
+//! The verdict in a sentence.
+
+use super::result::Diagnosis;
+use super::verdict::Kind;
+use crate::report::short;
+
+impl Diagnosis {
+    /// The verdict in a sentence, and how probable it is.
+    pub fn sentence(&self) -> String {
+        let names = self.verdict.effects.join(", ");
+        let gap = &self.gap;
+        let closed = format!(
+            "{:.0} % of the gap closes on data that took no part in the fit ({:.0} to {:.0} %)",
+            100.0 * gap.closed_fraction.value,
+            100.0 * gap.closed_fraction.low,
+            100.0 * gap.closed_fraction.high
+        );
+        let said = match self.verdict.kind {
+            Kind::Effect => format!("The simulator lacks {names}: {closed}."),
+            Kind::Effects => format!("The simulator lacks all of {names}: {closed}."),
+            Kind::Ambiguous => {
+                format!("These data cannot tell apart {names}; any of them fits: {closed}.")
+            }
+            Kind::Parameters => {
+                let moved: Vec<String> = self
+                    .moved
+                    .iter()
+                    .map(|m| format!("{} {} -> {}", m.parameter, short(m.before), short(m.after)))
+                    .collect();
+                format!(
+                    "No effect is missing; parameters were off: {}.",
+                    moved.join(", ")
+                )
+            }
+            Kind::None => {
+                "Nothing is missing: the simulator explains the data to the noise.".to_string()
+            }
+            Kind::Unknown => "A gap is left that no effect of the catalogue explains.".to_string(),
+            Kind::Insufficient => "The data cannot decide.".to_string(),
+        };
+        format!("{said} Probability {:.2}.", self.verdict.probability)
+    }
+}
