@@ -163,7 +163,11 @@ pub fn verdict(search: &Search) -> Verdict {
             let tied: Vec<usize> = ranked
                 .iter()
                 .enumerate()
-                .filter(|(_, (h, _))| h.added.len() == 1 && h.score >= limit)
+                .filter(|(_, (h, _))| {
+                    let of_structure = inseparable(chosen.added[0].id, h.added[0].id)
+                        && h.score - base.score > 0.5 * gain;
+                    h.added.len() == 1 && (h.score >= limit || of_structure)
+                })
                 .map(|(i, _)| i)
                 .collect();
             // With a second effect that is not needed it is still this one.
@@ -217,6 +221,13 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
         && share(pair) - share(single) > SECOND
         && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
+}
+
+/// Two effects that no data of effort and motor position tell apart: what differs between them is the controller's or the
+/// simulator's own error.
+fn inseparable(a: &str, b: &str) -> bool {
+    const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
+    DELAYS.contains(&a) && DELAYS.contains(&b)
 }
 
 /// Rms of what was taken away, were it independent of what is left.
