@@ -15,6 +15,8 @@ use bristle_core::friction::dahl::Dahl;
 use bristle_core::friction::karnopp::Karnopp;
 use bristle_core::friction::lugre::{Damping, LuGre};
 use bristle_core::friction::stiction::{GeneralStatic, Stiction};
+use bristle_core::observer::luenberger::BuildError;
+use bristle_core::observer::stability::GainError;
 use bristle_core::observer::{Luenberger, luenberger};
 use bristle_core::real::Real;
 use bristle_core::stribeck::{Shape, Stribeck, Table};
@@ -185,7 +187,7 @@ impl Believed {
             .unwrap_or(if linear { 2.0 } else { 314.0 });
         if file.observer.l1_1_s.is_none() {
             assumed.push(format!(
-                "{}: l1_1_s is missing, a tenth of the observer's rate assumed",
+                "{}: l1_1_s is missing, a tenth of the observer's rate assumed, or the nearest gain that holds",
                 path.display()
             ));
         }
@@ -464,12 +466,22 @@ impl Believed {
     /// Gains under which the observer's error would not die out, or a parameter out of range.
     pub fn tick<T: Real>(&self, sample_time_s: f64) -> Result<Tick<T, Table<T>>, InputError> {
         let to = T::of;
-        let settings = self.observer_settings(sample_time_s);
+        let mut settings = self.observer_settings(sample_time_s);
         let friction = self.tabulated()?;
         let largest_step_rad = self.speed_limit_rad_s * sample_time_s;
         let largest_step = (largest_step_rad / self.rad_per_count())
             .clamp(1.0, self.counts_per_turn.round().min(f64::from(i32::MAX)));
-        let luenberger = Luenberger::new(friction, settings.cast()).map_err(|error| {
+        let mut luenberger = Luenberger::new(friction, settings.cast());
+        if self.l1_1_s.is_none()
+            && let Err(BuildError::Gain(GainError {
+                nearest: Some(nearest),
+                ..
+            })) = luenberger
+        {
+            settings.l1_1_s = nearest;
+            luenberger = Luenberger::new(friction, settings.cast());
+        }
+        let luenberger = luenberger.map_err(|error| {
             InputError::new(
                 &self.path,
                 format!("[observer] at {} Hz: {error}", 1.0 / sample_time_s),
@@ -532,63 +544,4 @@ fn shape(file: &AxisFile, coulomb: f64, stiction: f64, velocity_rad_s: f64) -> S
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn bench() -> (AxisFile, PathBuf) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes/bench.toml");
-        (AxisFile::read(&path).unwrap(), path)
-    }
-
-    #[test]
-    fn every_model_runs_on_the_axis() {
-        let (file, path) = bench();
-        let believed = Believed::new(&file, &path).unwrap();
-        assert!(believed.assumed.is_empty(), "{:?}", believed.assumed);
-        for &model in FrictionModel::ALL {
-            let mut axis = believed.axis(model, 1e-4, Noise::default(), 1).unwrap();
-            for _ in 0..2000 {
-                axis.advance(0.05);
-            }
-            let moving = axis.truth();
-            // 0.05 N m is above stiction: after 0.2 s every model slides, and none is faster than without friction.
-            let free = 0.05 / 2.5246e-5 * 0.2;
-            let v = moving.motion.velocity_rad_s;
-            assert!(v > 1.0 && v < free, "{model:?}: {v} rad/s");
-            assert!(moving.friction_nm > 0.015, "{model:?}: {moving:?}");
-        }
-    }
-
-    #[test]
-    fn bliman_sorine_breaks_away_at_stiction() {
-        let (file, path) = bench();
-        let believed = Believed::new(&file, &path).unwrap();
-        let model = believed.bliman_sorine().unwrap();
-        assert!((model.break_away_nm() - 0.026).abs() < 1e-9);
-        assert!((model.coulomb_nm() - 0.020).abs() < 1e-12);
-    }
-
-    #[test]
-    fn says_what_it_assumed() {
-        let path = Path::new("axis.toml");
-        let text = "[axis]\ninertia_kg_m2 = 1e-4\n[friction]\ncoulomb_nm = 0.05\n";
-        let believed = Believed::new(&AxisFile::parse(text, path).unwrap(), path).unwrap();
-        assert_eq!(believed.assumed.len(), 4, "{:?}", believed.assumed);
-        assert!(believed.tick::<f32>(1e-4).is_ok());
-        let bare = "[axis]\ninertia_kg_m2 = 1e-4\n";
-        let error = Believed::new(&AxisFile::parse(bare, path).unwrap(), path).unwrap_err();
-        assert!(error.to_string().contains("coulomb_nm"), "{error}");
-    }
-
-    #[test]
-    fn refuses_gains_with_the_nearest_that_pass() {
-        let (mut file, path) = bench();
-        file.observer.l1_1_s = Some(500.0);
-        let believed = Believed::new(&file, &path).unwrap();
-        let error = believed.tick::<f32>(1e-4).unwrap_err().to_string();
-        assert!(
-            error.contains("the nearest value that passes is 5"),
-            "{error}"
-        );
-    }
-}
+mod tests;
