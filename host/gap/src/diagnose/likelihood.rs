@@ -10,8 +10,10 @@ pub struct Group {
     pub nodes: usize,
     /// Independent ones among them.
     pub independent: f64,
-    /// Noise that no model explains, N m rms.
+    /// Noise that no model explains, N m rms: no more than what the fitted model leaves over.
     pub floor_nm: f64,
+    /// What the encoder leaves open of the torque, N m rms: a rest below it speaks for nothing.
+    pub open_nm: f64,
     /// Noise that a fit is weighted by, N m rms: what a model leaves over, at least the floor.
     pub spread_nm: f64,
 }
@@ -62,11 +64,13 @@ impl Noise {
                 };
                 let white = difference_noise(&members);
                 let robust = robust_rms(&members);
-                let floor_nm = closed.max(white).hypot(bristles).min(robust);
+                let open_nm = closed.max(white).hypot(bristles);
+                let floor_nm = open_nm.min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
                     independent: members.len() as f64 / correlation(&members, regime),
                     floor_nm,
+                    open_nm,
                     spread_nm: robust.max(closed),
                 };
             }
@@ -117,15 +121,28 @@ impl Noise {
         for (groups, squares) in self.groups.iter().zip(&squares) {
             for (group, square) in groups.iter().zip(squares) {
                 if group.nodes > 0 {
-                    let floor = group.floor_nm * group.floor_nm;
-                    let mean = square / group.nodes as f64;
-                    // Below the floor a rest is as good as it can be: half of it stays as the least spread.
-                    let spread = mean.max(0.5 * floor) + self.discrepancy_nm.powi(2);
+                    let floor = group.open_nm * group.open_nm;
+                    // Below what is open a rest is as good as it can be.
+                    let mean = (square / group.nodes as f64).max(floor);
+                    let spread = mean + self.discrepancy_nm.powi(2);
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }
             }
         }
         sum
+    }
+
+    /// What the encoder leaves open beyond the floor, over all nodes that count, N m rms: a coarse encoder in presliding.
+    pub fn open_beyond_floor_nm(&self, nodes: &[Node]) -> f64 {
+        let (mut square, mut count) = (0.0, 0.0);
+        for node in nodes {
+            if !node.excluded && node.regime != Regime::Rest {
+                let group = self.group(node);
+                square += group.open_nm.powi(2) - group.floor_nm.powi(2);
+                count += 1.0;
+            }
+        }
+        (square / f64::max(count, 1.0)).sqrt()
     }
 
     /// Floor and rms of a rest over all nodes that count.

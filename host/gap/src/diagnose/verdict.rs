@@ -68,8 +68,11 @@ pub struct Verdict {
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty.
 const ACCUSES: f64 = 12.0;
-/// Part of the floor that an effect must take away: less is what smoothing leaves at reversals.
+/// Part of the floor that an effect must take away: less is what smoothing leaves at reversals. Nor may it be less than
+/// what a coarse encoder leaves open in presliding.
 const MATTERS: f64 = 0.25;
+/// Weight of all effects that do not matter, as a part of that of none.
+const TOO_SMALL: f64 = 0.2;
 /// A second effect must explain this much more of the explainable gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.
@@ -106,12 +109,11 @@ pub fn verdict(search: &Search) -> Verdict {
     let refit_gain = base.score - parameters_help;
     let given = search.noise.rms(&search.nodes, &search.as_given).1;
     let refitted = search.noise.rms(&search.nodes, &base.fit.left_over).1;
-    let moved_matters = refit_gain > ACCUSES
-        && !moved.is_empty()
-        && contribution(given, refitted) > MATTERS * floor;
+    let matters = (MATTERS * floor).max(search.noise.open_beyond_floor_nm(&search.nodes));
+    let moved_matters =
+        refit_gain > ACCUSES && !moved.is_empty() && contribution(given, refitted) > matters;
 
-    let accused =
-        chosen.is_some() && gain > ACCUSES && contribution(before, after) > MATTERS * floor;
+    let accused = chosen.is_some() && gain > ACCUSES && contribution(before, after) > matters;
     let left_unknown = lack_of_fit > UNKNOWN.0 && explained < UNKNOWN.1;
 
     // Weights of all answers: what is left unexplained counts against every hypothesis alike.
@@ -124,6 +126,14 @@ pub fn verdict(search: &Search) -> Verdict {
         .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
         .collect();
     let plain = weight(base.score);
+    if !accused {
+        // Too small to matter is as good as not there, however clear it is.
+        let sum: f64 = weights.iter().sum();
+        let keep = (TOO_SMALL * plain / sum.max(f64::MIN_POSITIVE)).min(1.0);
+        for w in &mut weights {
+            *w *= keep;
+        }
+    }
     // Both must speak for it: much left over, and little explained.
     let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
     let unknown = if gain > ACCUSES || lack_of_fit > UNKNOWN.0 {
