@@ -58,7 +58,7 @@ fn grid_rad(position_rad: &[f64]) -> f64 {
         .iter()
         .filter(|n| (*n - n.round()).abs() > ON_GRID)
         .count();
-    if off as f64 > OFF_GRID * near.len() as f64 {
+    if near.len() < FEWEST || off as f64 > OFF_GRID * near.len() as f64 {
         return 0.0;
     }
     let (sum, count) = steps
