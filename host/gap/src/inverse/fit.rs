@@ -38,8 +38,8 @@ pub fn fit(
     fit_near(model, records, weights, start, &DMatrix::zeros(0, 0))
 }
 
-/// The same from close by: `known` holds the first columns of the Jacobian there, which then stay as they are until the
-/// end. Steps are as good as these columns; where the fit stands still does not depend on them.
+/// The same from close by: `known` holds the first columns of the Jacobian there, which stay as they are, in the result
+/// too. Steps are as good as these columns; where the fit stands still does not depend on them.
 ///
 /// # Errors
 /// See [`fit`].
@@ -65,11 +65,57 @@ pub fn fit_near(
         .with_gtol(0.0)
         .with_patience(PATIENCE);
     let (problem, report) = optimiser.minimize(problem);
-    let jacobian = problem.columns(0);
+    let jacobian = problem.whole();
     Ok(Fit {
         at: problem.at.as_slice().to_vec(),
         cost: 2.0 * report.objective_function,
         jacobian,
+        left_over: problem.left_over,
+    })
+}
+
+impl Fit {
+    /// With every column of the Jacobian as it is where the fit stands.
+    pub fn with_own_jacobian(self, model: &Model, records: &[Record], weights: &[f64]) -> Self {
+        let problem = Problem {
+            model,
+            records,
+            weights,
+            at: DVector::from_vec(self.at),
+            left_over: self.left_over,
+            known: &DMatrix::zeros(0, 0),
+        };
+        Self {
+            jacobian: problem.whole(),
+            at: problem.at.as_slice().to_vec(),
+            left_over: problem.left_over,
+            cost: self.cost,
+        }
+    }
+}
+
+/// What a model leaves over at a point, with its Jacobian there, as if it had been fitted.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub fn fit_at(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    at: Vec<f64>,
+) -> Result<Fit, InputError> {
+    let problem = Problem {
+        model,
+        records,
+        weights,
+        left_over: model.left_over(records, &at)?,
+        at: DVector::from_vec(at),
+        known: &DMatrix::zeros(0, 0),
+    };
+    Ok(Fit {
+        cost: problem.stacked().norm_squared(),
+        jacobian: problem.whole(),
+        at: problem.at.as_slice().to_vec(),
         left_over: problem.left_over,
     })
 }
@@ -100,6 +146,20 @@ impl Problem<'_> {
                         .map(|(free, x)| (x - free.center) / free.spread),
                 ),
         )
+    }
+
+    /// The Jacobian of the weighted rest: the known columns, then the others as they are here.
+    fn whole(&self) -> DMatrix<f64> {
+        let (nodes, known) = (self.left_over.len(), self.known.ncols());
+        let mut whole = DMatrix::zeros(nodes, self.at.len());
+        if known > 0 {
+            whole.columns_mut(0, known).copy_from(self.known);
+        }
+        let columns = self.columns(known);
+        whole
+            .columns_mut(known, columns.ncols())
+            .copy_from(&columns);
+        whole
     }
 
     /// The columns from `first` on.
@@ -160,19 +220,12 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let (nodes, known) = (self.left_over.len(), self.known.ncols());
+        let nodes = self.left_over.len();
         let free = &self.model.free;
-        let mut whole = DMatrix::zeros(nodes + free.len(), free.len());
-        if known > 0 {
-            whole.view_mut((0, 0), (nodes, known)).copy_from(self.known);
-        }
-        let columns = self.columns(known);
-        whole
-            .view_mut((0, known), (nodes, columns.ncols()))
-            .copy_from(&columns);
+        let mut stacked = self.whole().insert_rows(nodes, free.len(), 0.0);
         for (i, free) in free.iter().enumerate() {
-            whole[(nodes + i, i)] = 1.0 / free.spread;
+            stacked[(nodes + i, i)] = 1.0 / free.spread;
         }
-        Some(whole)
+        Some(stacked)
     }
 }
