@@ -71,7 +71,6 @@ pub struct Controller {
     usual_torque_nm: f32,
     /// As in the sample's flags: whether an experiment plays, and [`End`] of the last one.
     experiment: u8,
-    stop_asked: bool,
     supervisor: Supervisor,
     /// Of a tick to which the supervisor has nothing to say.
     usual_status: Status,
@@ -82,13 +81,12 @@ impl Controller {
     pub fn new(config: &Config, raw: u32, watchdog_reset: bool) -> Self {
         Self {
             state: config.tick.start(raw),
-            player: Player::new(Experiment::SILENCE, config.tick_s),
+            player: Player::silent(),
             guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
             begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
             usual_torque_nm: config.limits.torque_nm,
             experiment: 0,
-            stop_asked: false,
             supervisor: Supervisor::new(watchdog_reset),
             usual_status: Status::default(),
         }
@@ -151,6 +149,20 @@ impl Controller {
                 alarms = alarms.and(Alarms::INDEX);
             }
         }
+        if self.supervisor.is_due() {
+            cold_path();
+            if self.is_playing() && self.guard.over(&self.begin) == self.supervisor.tick() {
+                self.end(End::Finished);
+                self.supervisor.stop();
+            } else {
+                let silence = self.supervisor.time_out(&config.limits);
+                if silence != Alarms::default() {
+                    // A fault, whatever else.
+                    self.player.silence();
+                    alarms = alarms.and(silence);
+                }
+            }
+        }
         let sample = config
             .tick
             .decide(&mut self.state, input.raw, &mut self.player);
@@ -203,6 +215,7 @@ impl Controller {
         let mut end = End::None;
         let playing = self.is_playing();
         if playing {
+            cold_path();
             let (velocity, wanted) = (seen.velocity_rad_s, seen.wanted_nm);
             end = self.guard.look(&self.begin, tick, raw, velocity, wanted);
             if end != End::None {
@@ -214,14 +227,10 @@ impl Controller {
         if playing {
             if verdict.state == State::Fault {
                 end = End::Fault;
-            } else if verdict.state != State::Armed || self.stop_asked {
-                end = End::Stopped;
             }
             if end != End::None {
                 cold_path();
-                // What was stopped does not resume.
-                self.experiment = (end as u8) << END_SHIFT;
-                self.player.silence();
+                self.end(end);
                 if self.begin.tick == tick {
                     // One that ends in the tick in which it begins has been seen to begin.
                     flags = FLAG_EXPERIMENT;
@@ -233,6 +242,13 @@ impl Controller {
         (verdict, status)
     }
 
+    /// What plays has ended, and does not resume.
+    #[inline(always)]
+    fn end(&mut self, why: End) {
+        self.experiment = (why as u8) << END_SHIFT;
+        self.player.silence();
+    }
+
     /// Takes an order, before the step of the tick that follows it.
     #[inline(always)]
     pub fn obey(&mut self, config: &Config, order: &Order) {
@@ -240,7 +256,8 @@ impl Controller {
             Order::Request(request) => {
                 self.supervisor.ask(&config.limits, *request);
                 match request {
-                    Request::Stop => self.stop_asked = true,
+                    // Before the step: its torque would not be put out, and costs a tick time that has more to do.
+                    Request::Stop | Request::Disarm if self.is_playing() => self.end(End::Stopped),
                     // Torque may flow from here on.
                     Request::Start => self.prepare(config),
                     _ => {}
@@ -254,7 +271,6 @@ impl Controller {
                     self.begin = guard.begin(self.supervisor.tick(), raw);
                     self.supervisor.watch(guard.over(&self.begin));
                     self.experiment = FLAG_EXPERIMENT;
-                    self.stop_asked = false;
                     self.state.begin_experiment();
                 }
                 self.supervisor.ask(&config.limits, Request::Start);

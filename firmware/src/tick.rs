@@ -78,13 +78,11 @@ unsafe extern "C" fn TIM7_DAC() {
     side.ticks_to_wake -= 1;
     if side.ticks_to_wake == 0 {
         cold_path();
-        side.ticks_to_wake = timing::TICKS_PER_WAKE / 2;
-        side.wakes = !side.wakes;
-        if side.wakes {
-            board::wake_tasks();
-        } else {
-            report(controller);
-        }
+        side.ticks_to_wake = timing::TICKS_PER_WAKE;
+        board::wake_tasks();
+    } else if side.ticks_to_wake == timing::TICKS_PER_WAKE / 2 {
+        cold_path();
+        report(controller);
     }
     let run = board::cycles().wrapping_sub(side.entered);
     stats.run_cycles.store(run, Ordering::Relaxed);
