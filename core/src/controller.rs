@@ -149,6 +149,11 @@ impl Controller {
                 alarms = alarms.and(Alarms::INDEX);
             }
         }
+        if alarms != Alarms::default() {
+            cold_path();
+            // A fault if something plays, whatever else.
+            self.player.silence();
+        }
         if self.supervisor.is_due() {
             cold_path();
             if self.is_playing() && self.guard.over(&self.begin) == self.supervisor.tick() {
