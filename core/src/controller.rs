@@ -531,6 +531,25 @@ mod tests {
     }
 
     #[test]
+    fn each_request_moves_the_time_out_on() {
+        let config = BENCH.build(TICK_S, 1).unwrap();
+        let mut controller = armed(&config);
+        // Begins in tick 201, whose time-out alone would come in tick 10,201.
+        let mut record = ordered(&mut controller, &config, 7, sine(0.001)).record;
+        while record.status.fault() == Some(Fault::None) {
+            if [5_000, 12_000].contains(&record.tick) {
+                controller.obey(&config, &Order::Request(Request::KeepAlive));
+            }
+            record = controller.step(&config, &well(7)).record;
+            assert!(record.tick <= 22_001);
+        }
+        // A second after the tick that followed the last one.
+        assert_eq!(record.status.fault(), Some(Fault::CommandTimeout));
+        assert_eq!(record.tick, 22_001);
+        assert_eq!(record.status.ended(), Some(End::Fault));
+    }
+
+    #[test]
     fn a_jump_of_the_counter_is_a_fault_and_control_goes_on() {
         let config = BENCH.build(TICK_S, 1).unwrap();
         let mut controller = armed(&config);
