@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 /// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
-const STANDS_STILL: f64 = 1e-4;
+pub const STANDS_STILL: f64 = 1e-4;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
 const PATIENCE: usize = 1;
 

@@ -23,6 +23,8 @@ pub struct Running {
     pub coupling: Option<Coupling>,
     /// The drive, where the effort is a reference.
     pub drive: DriveConfig,
+    /// Constant torque beside the effort, N m.
+    pub offset_nm: f64,
     /// Effects between the drive and the axis.
     pub effects: Vec<Box<dyn Effect>>,
     /// Makes the effects of the sensor anew, where there are any.
@@ -128,7 +130,7 @@ pub fn left_over(
         for effect in &mut running.effects {
             now.torque_nm = effect.actuator(&now);
         }
-        let mut torque = now.torque_nm;
+        let mut torque = now.torque_nm + running.offset_nm;
         for effect in &mut running.effects {
             torque += effect.mechanics(&now);
             let share = effect.inertia(&now);

@@ -12,6 +12,9 @@ use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use bristle_plant::effect::{Coupling, Entry};
 
+/// Effect that stands for a constant torque on the axis.
+pub const OFFSET: &str = "mechanics.offset";
+
 /// A parameter of the simulator itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Own {
@@ -287,10 +290,7 @@ impl Model {
         let plain = has_bristles(self.believed.model)
             && self.believed.load.is_none()
             && !self.scales_effort
-            && self
-                .effects
-                .iter()
-                .all(|added| added.entry.id == "mechanics.offset");
+            && self.effects.iter().all(|added| added.entry.id == OFFSET);
         let apart = matches!(
             self.free[parameter].owner,
             Owner::Own(Own::Inertia | Own::DriveLag | Own::Skew) | Owner::Effect(..)
@@ -383,9 +383,15 @@ impl Point {
                 delay_samples: 0,
                 ..record.drive(believed.drive)
             },
+            // A number rather than an effect that is asked at every sample: nearly every axis has one.
+            offset_nm: all
+                .iter()
+                .filter(|added| added.entry.id == OFFSET)
+                .map(|added| added.values[0])
+                .sum(),
             effects: all
                 .iter()
-                .filter(|added| !of_sensor(added))
+                .filter(|added| !of_sensor(added) && added.entry.id != OFFSET)
                 .map(build)
                 .collect(),
             sensors: (!sensors.is_empty()).then(|| {

@@ -16,8 +16,8 @@ use crate::axis_file::{AxisFile, EffectEntry, FrictionModel};
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::experiments::Named;
-use crate::identify::joint::{Bias, Covariance, Estimate, MODELS, OFFSET, estimates};
-use crate::inverse::{Own, Owner, Record, has_bristles};
+use crate::identify::joint::{Bias, Covariance, Estimate, MODELS, estimates};
+use crate::inverse::{Free, OFFSET, Own, Owner, Record, has_bristles};
 use crate::plan::{Plan, Step};
 use crate::run::way_back_s;
 use bristle_plant::Unit;
@@ -231,7 +231,7 @@ struct Choice {
 
 impl Choice {
     /// What it is for, in words.
-    fn why(&self, free: &[crate::inverse::Free], unit: Unit) -> String {
+    fn why(&self, free: &[Free], unit: Unit) -> String {
         let asked = |i: &usize| free[*i].owner != Owner::Own(Own::Skew);
         let mut order: Vec<usize> = (0..free.len()).filter(asked).collect();
         order.sort_by(|&a, &b| self.narrowed[b].total_cmp(&self.narrowed[a]));
@@ -250,7 +250,7 @@ impl Choice {
 }
 
 /// A parameter's name as identification reports it.
-fn shown(free: &crate::inverse::Free, unit: Unit) -> String {
+fn shown(free: &Free, unit: Unit) -> String {
     match (free.owner, unit) {
         (Owner::Own(Own::StictionExcess), Unit::Rotary) => "stiction_nm".to_string(),
         (Owner::Own(Own::StictionExcess), Unit::Linear) => "stiction_n".to_string(),

@@ -55,7 +55,7 @@ impl Stage<'_> {
         let jacobian = &joint.fit.jacobian;
         let information = jacobian.tr_mul(jacobian);
         let finite = information.iter().all(|x| x.is_finite());
-        Ok(finite.then(|| Seen {
+        Ok(finite.then_some(Seen {
             information,
             moved_rad,
             free: joint.model.free,
