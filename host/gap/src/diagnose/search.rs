@@ -124,7 +124,7 @@ pub fn search(
         .filter(|entry| !NOISE_ONLY.contains(&entry.id))
         .collect();
     let background = Background::new(&model, &records, &nodes, &scale, &weights, &fitted);
-    let screened = screen(&background, &catalogue, &|share| {
+    let screened = screen(&background, &fitted_ones, &|share| {
         progress(0.1 + 0.4 * share)
     });
     let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> =

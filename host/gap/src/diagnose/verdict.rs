@@ -3,6 +3,7 @@
 //! Scores are held-out log densities over as many nodes as are independent. What an effect explains is a share of the
 //! explainable gap: (before^2 - after^2)/(before^2 - floor^2).
 
+use super::closed::closed_over;
 use super::held_out::spreads;
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
@@ -298,41 +299,6 @@ fn moved(search: &Search) -> Vec<(String, f64, f64, f64)> {
 
 /// How much of the gap a hypothesis closes on held-out data; the interval by the jackknife over folds.
 pub fn closed(search: &Search, hypothesis: &Hypothesis) -> Closed {
-    let over = |keep: &dyn Fn(&Node) -> bool| {
-        let part = |rest: &[f64]| {
-            let (mut square, mut floor, mut count) = (0.0, 0.0, 0.0);
-            for (node, r) in search.nodes.iter().zip(rest) {
-                if !node.excluded && node.regime != Regime::Rest && keep(node) {
-                    square += r * r;
-                    floor += search.noise.group(node).floor_nm.powi(2);
-                    count += 1.0;
-                }
-            }
-            let count = f64::max(count, 1.0);
-            (f64::sqrt(square / count), f64::sqrt(floor / count))
-        };
-        let (before, floor) = part(&search.base.held_out);
-        let (after, _) = part(&hypothesis.held_out);
-        let least = floor.min(after).min(before);
-        if before - least <= 0.0 {
-            0.0
-        } else {
-            (before - after) / (before - least)
-        }
-    };
-    let value = over(&|_| true);
-    let folds = super::regime::FOLDS;
-    let parts: Vec<f64> = (0..folds)
-        .map(|fold| over(&|node| node.fold != fold))
-        .collect();
-    let mean = parts.iter().sum::<f64>() / folds as f64;
-    let scale = (folds - 1) as f64 / folds as f64;
-    let variance: f64 = scale * parts.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-    // 90 % of a Student distribution with four degrees of freedom.
-    let half = 2.132 * variance.sqrt();
-    Closed {
-        value,
-        low: value - half,
-        high: (value + half).min(1.0),
-    }
+    closed_over(search, hypothesis, &|node| node.regime != Regime::Rest)
+        .map_or_else(Closed::default, |part| part.closed)
 }
