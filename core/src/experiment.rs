@@ -116,7 +116,8 @@ pub enum Experiment<T> {
 /// Plays an experiment tick by tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Player<T> {
-    experiment: Experiment<T>,
+    /// None is no torque.
+    experiment: Option<Experiment<T>>,
     tick_s: T,
     phase: u32,
     step: u32,
@@ -128,17 +129,6 @@ pub struct Player<T> {
 
 /// Seed of the shift register of [`Experiment::Prbs`]; any value but zero gives the same sequence, shifted.
 const PRBS_START: u16 = 0x3ff;
-
-impl<T: Real> Experiment<T> {
-    /// No torque, for ever. A pulse of nothing, which takes less time than a sine of nothing.
-    pub const SILENCE: Self = Self::PulseThenOscillation {
-        pulse_nm: T::ZERO,
-        pulse_ticks: u32::MAX,
-        mean_nm: T::ZERO,
-        amplitude_nm: T::ZERO,
-        period_ticks: 1,
-    };
-}
 
 impl<T: Real> Player<T> {
     /// Starts at the beginning; a tick lasts `tick_s`.
@@ -158,7 +148,7 @@ impl<T: Real> Player<T> {
         };
         Self {
             per_period: T::ONE / T::of_ticks(period_ticks.max(1)),
-            experiment,
+            experiment: Some(experiment),
             tick_s,
             phase: 0,
             step: 0,
@@ -167,22 +157,33 @@ impl<T: Real> Player<T> {
         }
     }
 
+    /// Plays no torque.
+    pub fn silent() -> Self {
+        Self {
+            experiment: None,
+            tick_s: T::ZERO,
+            phase: 0,
+            step: 0,
+            bits: PRBS_START,
+            level: T::ZERO,
+            per_period: T::ONE,
+        }
+    }
+
     /// Plays no torque from now on.
     #[inline]
     pub fn silence(&mut self) {
-        self.experiment = Experiment::SILENCE;
-        self.phase = 0;
-        self.step = 0;
+        self.experiment = None;
     }
 
     /// As [`Self::next_tick`], for the one signal that needs no choice between signals; `None` for the others.
     #[inline]
     pub(crate) fn next_if_sine(&mut self) -> Option<T> {
         match self.experiment {
-            Experiment::Sine {
+            Some(Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
-            } => Some(self.sine_torque(amplitude_nm, period_ticks)),
+            }) => Some(self.sine_torque(amplitude_nm, period_ticks)),
             _ => None,
         }
     }
@@ -195,7 +196,10 @@ impl<T: Real> Player<T> {
     /// The reference for this tick; the next call is for the next tick.
     #[inline(always)]
     pub fn next_tick(&mut self) -> Reference<T> {
-        match self.experiment {
+        let Some(experiment) = self.experiment else {
+            return Reference::Torque(T::ZERO);
+        };
+        match experiment {
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,

@@ -6,155 +6,15 @@
 
 use core::hint::cold_path;
 
+mod codes;
 mod index;
+mod limits;
+
+pub(crate) use codes::codes;
+pub use codes::{Fault, Limit, State};
+pub use limits::Limits;
 
 use index::Index;
-
-use crate::error::{ParameterError, not_negative, positive, require};
-
-macro_rules! codes {
-    ($(#[$doc:meta])* $name:ident { $($(#[$entry:meta])* $variant:ident = $number:literal $text:literal,)+ }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-        #[repr(u8)]
-        pub enum $name {
-            $($(#[$entry])* $variant = $number,)+
-        }
-
-        impl $name {
-            /// All of them, by number.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-
-            /// The one with a number.
-            pub fn of(number: u8) -> Option<Self> {
-                match number {
-                    $($number => Some(Self::$variant),)+
-                    _ => None,
-                }
-            }
-
-            /// In words.
-            pub fn text(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $text,)+
-                }
-            }
-        }
-    };
-}
-pub(crate) use codes;
-
-codes! {
-    /// Where the supervisor stands.
-    State {
-        /// Before the inputs have settled.
-        #[default]
-        Boot = 0 "boot",
-        /// Ready to be armed.
-        Idle = 1 "idle",
-        /// Torque may flow.
-        Armed = 2 "armed",
-        /// A fault is latched.
-        Fault = 3 "fault",
-    }
-}
-
-codes! {
-    /// What keeps the output from being what was asked for.
-    Limit {
-        /// Nothing.
-        #[default]
-        None = 0 "nothing",
-        /// The drive is not armed.
-        Disarmed = 1 "not armed",
-        /// The largest torque.
-        Torque = 2 "torque limit",
-        /// The largest change of torque in a tick.
-        Slew = 3 "slew limit",
-        /// A stop, or a command time-out, takes the torque down.
-        Ramp = 4 "ramp to zero",
-    }
-}
-
-codes! {
-    /// Why the drive was taken away. The numbers are part of the wire form.
-    Fault {
-        /// No fault.
-        #[default]
-        None = 0 "no fault",
-        /// Reported by the encoder's timer.
-        EncoderIllegal = 1 "encoder: A and B changed at once, a count may be lost",
-        /// The count at the index is not a whole number of turns from the first one.
-        IndexMismatch = 2 "encoder: index at the wrong count, counts were lost or made",
-        /// Velocity above the limit, or a step too large to be motion.
-        Overspeed = 3 "overspeed",
-        /// Torque or slew limit for too long.
-        LimitTooLong = 4 "torque or slew limit reached for too long",
-        /// A tick came late, was lost, or was still running when the next one was due.
-        DeadlineMissed = 5 "control tick missed its deadline",
-        /// A torque, velocity or deflection that is not a number.
-        NotFinite = 6 "a value is not finite",
-        /// The drive's own signal.
-        DriveFault = 7 "drive reports a fault",
-        /// No command for too long while armed.
-        CommandTimeout = 8 "no command from the host for too long",
-        /// The last reset was the watchdog's.
-        WatchdogReset = 9 "the watchdog reset the controller",
-        /// Torque well above break-away, and no count.
-        StuckEncoder = 10 "torque above break-away but no encoder count",
-    }
-}
-
-/// What is allowed. Times in ticks, changes per tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Largest torque, N m.
-    pub torque_nm: f32,
-    /// Largest change of torque in a tick, N m.
-    pub slew_nm: f32,
-    /// Change of torque in a tick of a stop, N m.
-    pub ramp_nm: f32,
-    /// Largest speed, rad/s.
-    pub speed_rad_s: f32,
-    /// Ticks at a limit after which it is a fault.
-    pub limit_ticks: u32,
-    /// Ticks without a command after which an armed drive is stopped.
-    pub command_ticks: u32,
-    /// Torque above which the axis must move, N m.
-    pub stuck_nm: f32,
-    /// Ticks above that torque without a count after which the encoder counts as stuck.
-    pub stuck_ticks: u32,
-    /// Counts of a turn.
-    pub counts_per_turn: i32,
-    /// Counts by which an index may be off.
-    pub index_counts: i32,
-    /// Ticks from boot to idle.
-    pub boot_ticks: u32,
-}
-
-impl Limits {
-    /// Passes on limits that mean something.
-    ///
-    /// # Errors
-    /// The first value that does not.
-    pub fn checked(self) -> Result<Self, ParameterError> {
-        positive("torque_limit_nm", self.torque_nm)?;
-        positive("slew_limit_nm", self.slew_nm)?;
-        positive("ramp_nm", self.ramp_nm)?;
-        positive("max_speed_rad_s", self.speed_rad_s)?;
-        positive("stuck_torque_nm", self.stuck_nm)?;
-        for (name, ticks) in [
-            ("limit_time", self.limit_ticks),
-            ("command_timeout", self.command_ticks),
-            ("stuck_time", self.stuck_ticks),
-        ] {
-            require(name, f64::from(ticks), ticks > 0, "at least a tick")?;
-        }
-        positive("counts_per_rev", f64::from(self.counts_per_turn))?;
-        not_negative("index_tolerance_counts", f64::from(self.index_counts))?;
-        Ok(self)
-    }
-}
 
 /// What the host asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,7 +48,7 @@ impl Alarms {
     pub const INDEX: Self = Self(8);
     /// The step was too large to be motion.
     pub const REJECTED: Self = Self(16);
-    /// The supervisor's own: not armed, or something stops or limits the torque.
+    /// The supervisor's own: not armed, something stops or limits the torque, or the tick's number is one to look at.
     const HELD: Self = Self(32);
 
     /// These if `on`, otherwise none.
@@ -201,6 +61,12 @@ impl Alarms {
     #[inline]
     pub fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+
+    /// These but for `other`.
+    #[inline]
+    fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
     }
 
     /// Any of `other` is among these.
@@ -223,6 +89,24 @@ pub struct Observation {
     pub step_counts: i32,
     /// What speaks against the tick.
     pub alarms: Alarms,
+}
+
+impl Observation {
+    /// All of it are numbers.
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        // Finite only if all three are.
+        (self.wanted_nm + self.velocity_rad_s + self.z_rad).is_finite()
+    }
+
+    /// Zero, or NaN where one of them is no number or they are beyond all bounds.
+    #[inline(always)]
+    fn nothing(&self) -> f32 {
+        let sum = self.wanted_nm + self.z_rad;
+        #[expect(clippy::eq_op, reason = "NaN where it is not finite")]
+        let nothing = sum - sum;
+        nothing
+    }
 }
 
 /// What may be put out.
@@ -305,7 +189,8 @@ impl Supervisor {
         self.watched_tick = tick;
     }
 
-    /// Finds the next tick that its number makes unusual: after a request, and with new limits.
+    /// Finds the next tick that its number makes unusual: when torque may flow again, with new limits, and at such a tick.
+    /// A request in between only moves the time-out on, and is left to the tick that was found.
     #[inline]
     pub(crate) fn renew(&mut self, limits: &Limits) {
         let silent = self.tick.wrapping_sub(self.asked_tick);
@@ -314,6 +199,19 @@ impl Supervisor {
             .saturating_sub(silent)
             .min(self.watched_tick.wrapping_sub(self.tick));
         self.due_tick = self.tick.wrapping_add(left);
+    }
+
+    /// The number of this tick is one to look at.
+    #[inline(always)]
+    pub(crate) fn is_due(&self) -> bool {
+        self.tick == self.due_tick
+    }
+
+    /// In a tick that is due: [`Alarms::HELD`] if the host has been silent for too long, otherwise finds the next one.
+    #[inline(always)]
+    pub(crate) fn time_out(&mut self, limits: &Limits) -> Alarms {
+        self.renew(limits);
+        Alarms::HELD.when(self.is_due())
     }
 
     /// Where it stands.
@@ -353,7 +251,6 @@ impl Supervisor {
     #[inline(always)]
     pub fn ask(&mut self, limits: &Limits, request: Request) {
         self.asked_tick = self.tick;
-        self.renew(limits);
         match (request, self.state) {
             (Request::Arm, State::Idle) if !self.alarms.has(Alarms::UNWELL) => {
                 self.state = State::Armed;
@@ -370,6 +267,7 @@ impl Supervisor {
             (Request::Start, State::Armed) => {
                 self.stopping = false;
                 self.held = Alarms::HELD.when(self.ticks_limited != 0);
+                self.renew(limits);
             }
             (Request::ClearFault, State::Fault) => {
                 self.state = State::Idle;
@@ -398,11 +296,15 @@ impl Supervisor {
     #[inline]
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         let (speed_rad_s, torque_nm) = (limits.speed_rad_s, limits.torque_nm);
-        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, seen) {
+        let mut seen = *seen;
+        if self.is_due() {
+            seen.alarms = seen.alarms.and(self.time_out(limits));
+        }
+        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, &seen) {
             return verdict;
         }
         cold_path();
-        self.unusual(limits, seen)
+        self.unusual(limits, &seen)
     }
 
     /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong, nothing is limited. Else
@@ -417,8 +319,7 @@ impl Supervisor {
         usual_torque_nm: f32,
         seen: &Observation,
     ) -> Option<Verdict> {
-        let tick = self.tick;
-        if seen.alarms.and(self.held) != Alarms::default() || tick == self.due_tick {
+        if seen.alarms.and(self.held) != Alarms::default() {
             cold_path();
             return None;
         }
@@ -447,7 +348,7 @@ impl Supervisor {
             return None;
         }
         self.ticks_stuck = ticks_stuck;
-        self.tick = tick.wrapping_add(1);
+        self.tick = self.tick.wrapping_add(1);
         self.torque_nm = torque_nm;
         Some(Verdict {
             torque_nm,
@@ -487,15 +388,21 @@ impl Supervisor {
             }
             return self.off();
         }
-        let fault = self.examine(limits, seen);
-        if fault != Fault::None && self.state != State::Fault {
+        let fault = if self.state == State::Armed {
+            self.examine_armed(limits, seen)
+        } else {
+            self.examine(limits, seen)
+        };
+        if fault != Fault::None {
             cold_path();
-            self.state = State::Fault;
-            self.fault = fault;
-            self.stopping = fault == Fault::CommandTimeout;
-        } else if fault != Fault::None && fault != Fault::CommandTimeout {
-            // Something worse than the time-out that is being ramped down.
-            self.stopping = false;
+            if self.state != State::Fault {
+                self.state = State::Fault;
+                self.fault = fault;
+                self.stopping = fault == Fault::CommandTimeout;
+            } else {
+                // Something worse than the time-out that is being ramped down.
+                self.stopping = false;
+            }
         }
         match self.state {
             State::Armed => self.armed(limits, seen.wanted_nm),
@@ -504,47 +411,57 @@ impl Supervisor {
         }
     }
 
-    /// The most serious thing wrong in this tick.
+    /// The most serious thing wrong in a tick while torque may flow.
     #[inline(always)]
-    fn examine(&mut self, limits: &Limits, seen: &Observation) -> Fault {
-        let armed = self.state == State::Armed;
-        let stuck = armed && self.stuck(limits, seen.step_counts);
-        // Finite only if all three are.
-        if !(seen.wanted_nm + seen.velocity_rad_s + seen.z_rad).is_finite() {
+    fn examine_armed(&mut self, limits: &Limits, seen: &Observation) -> Fault {
+        let stuck = self.stuck(limits, seen.step_counts);
+        // Written so that what is not finite fails it.
+        let slow = seen.velocity_rad_s.abs() + seen.nothing() <= limits.speed_rad_s;
+        if seen.alarms != Alarms::default() || !slow {
             cold_path();
-            return Fault::NotFinite;
-        }
-        // An unwell drive matters only if it may get torque.
-        let ignored = Alarms::UNWELL.when(!armed);
-        let alarms = seen.alarms.and(ignored);
-        let overspeed = seen.velocity_rad_s.abs() > limits.speed_rad_s;
-        if alarms != ignored || overspeed {
-            cold_path();
-            return if armed && alarms.has(Alarms::UNWELL) {
-                Fault::DriveFault
-            } else if alarms.has(Alarms::ILLEGAL) {
-                Fault::EncoderIllegal
-            } else if alarms.has(Alarms::INDEX) {
-                Fault::IndexMismatch
-            } else if alarms.has(Alarms::REJECTED) || overspeed {
-                Fault::Overspeed
-            } else if stuck {
-                Fault::StuckEncoder
-            } else {
-                Fault::DeadlineMissed
-            };
-        }
-        if !armed {
-            return Fault::None;
+            if seen.is_finite() && seen.alarms.has(Alarms::UNWELL) {
+                return Fault::DriveFault;
+            }
+            let fault = self.examine(limits, seen);
+            if fault != Fault::None {
+                return fault;
+            }
         }
         if stuck {
+            cold_path();
             Fault::StuckEncoder
-        } else if self.ticks_limited >= limits.limit_ticks {
+        } else if !self.stopping && self.ticks_limited >= limits.limit_ticks {
+            cold_path();
             Fault::LimitTooLong
         } else if self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks {
+            cold_path();
             Fault::CommandTimeout
         } else {
             Fault::None
+        }
+    }
+
+    /// The most serious thing wrong in this tick whether or not torque may flow. An unwell drive is not among them.
+    #[inline(always)]
+    fn examine(&self, limits: &Limits, seen: &Observation) -> Fault {
+        if !seen.is_finite() {
+            cold_path();
+            return Fault::NotFinite;
+        }
+        let overspeed = seen.velocity_rad_s.abs() > limits.speed_rad_s;
+        let alarms = seen.alarms.without(Alarms::UNWELL.and(Alarms::HELD));
+        if alarms == Alarms::default() && !overspeed {
+            return Fault::None;
+        }
+        cold_path();
+        if alarms.has(Alarms::ILLEGAL) {
+            Fault::EncoderIllegal
+        } else if alarms.has(Alarms::INDEX) {
+            Fault::IndexMismatch
+        } else if alarms.has(Alarms::REJECTED) || overspeed {
+            Fault::Overspeed
+        } else {
+            Fault::DeadlineMissed
         }
     }
 

@@ -64,10 +64,8 @@ pub struct TickSide {
     pub controller: Controller,
     /// Count of core cycles at the last entry.
     pub entered: u32,
-    /// Ticks until the tasks are woken, or told how the controller counts.
+    /// Ticks until the tasks are woken.
     pub ticks_to_wake: u32,
-    /// They are woken then, and not told.
-    pub wakes: bool,
     /// Flag of the next sample: the one before found the queue full.
     pub overrun: u8,
     /// The tick before was still running when this one was due.
@@ -183,8 +181,7 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
         SHARED.side.fill(TickSide {
             controller,
             entered: 0,
-            ticks_to_wake: TICKS_PER_WAKE / 2,
-            wakes: true,
+            ticks_to_wake: TICKS_PER_WAKE,
             overrun: 0,
             late: false,
         });

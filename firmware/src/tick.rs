@@ -11,7 +11,7 @@
 use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use bristle_core::controller::{Controller, Input};
+use bristle_core::controller::Input;
 use bristle_core::supervisor::Alarms;
 use bristle_core::trace::FLAG_OVERRUN;
 
@@ -78,33 +78,23 @@ unsafe extern "C" fn TIM7_DAC() {
     side.ticks_to_wake -= 1;
     if side.ticks_to_wake == 0 {
         cold_path();
-        side.ticks_to_wake = timing::TICKS_PER_WAKE / 2;
-        side.wakes = !side.wakes;
-        if side.wakes {
-            board::wake_tasks();
-        } else {
-            report(controller);
-        }
+        side.ticks_to_wake = timing::TICKS_PER_WAKE;
+        board::wake_tasks();
+        let refused = controller.supervisor().refused();
+        stats.requests_refused.store(refused, Ordering::Relaxed);
+    } else if side.ticks_to_wake == timing::TICKS_PER_WAKE / 2 {
+        cold_path();
+        let [encoder, luenberger, time_free] = controller.rejected();
+        stats.rejected_encoder.store(encoder, Ordering::Relaxed);
+        stats
+            .rejected_luenberger
+            .store(luenberger, Ordering::Relaxed);
+        stats.rejected_time_free.store(time_free, Ordering::Relaxed);
     }
     let run = board::cycles().wrapping_sub(side.entered);
     stats.run_cycles.store(run, Ordering::Relaxed);
     raise(&stats.most_run_cycles, run);
     side.late = board::next_tick_is_due();
-}
-
-/// Counters of the controller, for those outside who may not reach it.
-#[inline(always)]
-fn report(controller: &Controller) {
-    let stats = &SHARED.stats;
-    let [encoder, luenberger, time_free] = controller.rejected();
-    stats.rejected_encoder.store(encoder, Ordering::Relaxed);
-    stats
-        .rejected_luenberger
-        .store(luenberger, Ordering::Relaxed);
-    stats.rejected_time_free.store(time_free, Ordering::Relaxed);
-    stats
-        .requests_refused
-        .store(controller.supervisor().refused(), Ordering::Relaxed);
 }
 
 /// Adds one; nobody else writes, so that no exclusive access is needed.

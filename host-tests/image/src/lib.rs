@@ -14,6 +14,7 @@ pub mod cost;
 pub mod cycles;
 pub mod elf;
 pub mod exceptions;
+pub mod handler;
 pub mod host;
 pub mod interrupts;
 pub mod machine;

@@ -40,7 +40,7 @@ pub struct Axis {
     contact: Box<dyn Contact>,
     effects: Vec<Box<dyn Effect>>,
     motion: Motion,
-    reading: Reading,
+    reading: Option<Reading>,
     random: ChaCha8Rng,
     samples: u64,
     friction_nm: f64,
@@ -162,7 +162,7 @@ impl Axis {
             contact,
             effects,
             motion: Motion::default(),
-            reading: Reading::default(),
+            reading: None,
             random: ChaCha8Rng::seed_from_u64(config.seed),
             samples: 0,
             friction_nm: 0.0,
@@ -180,8 +180,6 @@ impl Axis {
             load_position_rad: position_rad,
             load_velocity_rad_s: velocity_rad_s,
         };
-        self.reading = self.config.encoder.read(position_rad, 0);
-        self.reading.index = false;
         self
     }
 
@@ -204,9 +202,31 @@ impl Axis {
         &self.config
     }
 
-    /// The last encoder reading.
-    pub fn reading(&self) -> Reading {
-        self.reading
+    /// The last encoder reading; before the first sample that of the start, which no index pulse belongs to.
+    pub fn reading(&mut self) -> Reading {
+        if let Some(reading) = self.reading {
+            return reading;
+        }
+        let seen_rad = self.seen_rad();
+        let mut reading = self.config.encoder.read(seen_rad, 0);
+        reading.index = false;
+        self.reading = Some(reading);
+        reading
+    }
+
+    /// Where the sensor's effects make the motor seem to be, rad.
+    fn seen_rad(&mut self) -> f64 {
+        let mut now = Instant {
+            time_s: self.samples as f64 * self.config.sample_time_s,
+            step_s: self.config.sample_time_s,
+            motion: self.motion,
+            acceleration_rad_s2: self.acceleration_rad_s2,
+            torque_nm: self.mean_torque_nm,
+        };
+        for effect in &mut self.effects {
+            now.motion.position_rad = effect.sensor(&now);
+        }
+        now.motion.position_rad
     }
 
     /// What only a simulation knows.
@@ -222,6 +242,7 @@ impl Axis {
 
     /// Runs one sample with a new torque reference and reads the encoder at its end.
     pub fn advance(&mut self, torque_ref_nm: f64) -> Reading {
+        let last_counts = self.reading().counts;
         let step_s = self.config.sample_time_s / f64::from(self.config.steps);
         let noise_nm = self.config.torque_noise_nm * self.normal(self.config.torque_noise_nm);
         let holds = self.contact.holds_at_rest();
@@ -266,22 +287,11 @@ impl Axis {
         }
         self.mean_torque_nm = sum / f64::from(self.config.steps);
         self.samples += 1;
-        let mut now = Instant {
-            time_s: self.samples as f64 * self.config.sample_time_s,
-            step_s: self.config.sample_time_s,
-            motion: self.motion,
-            acceleration_rad_s2: self.acceleration_rad_s2,
-            torque_nm: self.mean_torque_nm,
-        };
-        for effect in &mut self.effects {
-            now.motion.position_rad = effect.sensor(&now);
-        }
+        let seen_rad = self.seen_rad();
         let noise = self.config.encoder.noise_rad * self.normal(self.config.encoder.noise_rad);
-        self.reading = self
-            .config
-            .encoder
-            .read(now.motion.position_rad + noise, self.reading.counts);
-        self.reading
+        let reading = self.config.encoder.read(seen_rad + noise, last_counts);
+        self.reading = Some(reading);
+        reading
     }
 
     /// A standard normal number, or zero without drawing one where the noise it is for is zero.

@@ -29,7 +29,7 @@ pub struct Record<T> {
 
 impl<T: Real, C: Curve<T>> Rig<T, C> {
     /// Both at rest.
-    pub fn new(tick: Tick<T, C>, axis: Axis, experiment: Experiment<T>) -> Self {
+    pub fn new(tick: Tick<T, C>, mut axis: Axis, experiment: Experiment<T>) -> Self {
         let tick_s = T::of(axis.config().sample_time_s);
         Self {
             state: tick.start(axis.reading().raw()),

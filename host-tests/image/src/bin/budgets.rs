@@ -1,10 +1,6 @@
 //! Counts the instructions of the tick and its pieces. Writes `docs/budgets.md`, or with `--check` compares with it.
 
-use bristle_core::command::Command;
-use bristle_core::experiment::{Bounds, Experiment};
-use bristle_image::budget::{self, Row};
-use bristle_image::host::Session;
-use bristle_image::{Image, against_c};
+use bristle_image::{Image, against_c, budget, handler};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -21,7 +17,9 @@ condition fails counts, as it takes its cycle.
 A piece runs as a function of its own, called with the inputs of a recorded run (the sine experiment of the thesis,
 0.035 N m, 1 s, on the virtual axis of the bench, two periods) and then with extreme ones; its call and return count.
 The handler is the interrupt of the firmware's image, from its first to its last instruction, in the same experiment,
-arming and start included; the core's entry and exit come on top, about 22 cycles.
+arming and start included; the core's entry and exit come on top, about 22 cycles. Its further rows hold the ticks that
+are not like those: stops, disarming, ends and new parameters; each fault that can be brought about from outside; a sine
+that begins while another one plays; and every other experiment.
 
 ";
 
@@ -59,7 +57,7 @@ fn run(check: bool) -> Result<Vec<String>, String> {
     let document = here.join("../../docs/budgets.md");
     let kernels = kernels(here)?;
     let mut rows = budget::pieces(&Image::read(&kernels.join("kernels"))?)?;
-    rows.push(handler(here)?);
+    rows.extend(handler::rows(&Image::read(&firmware(here))?)?);
     let table = budget::table(&rows);
     println!("{table}");
     let known = std::fs::read_to_string(&document).unwrap_or_default();
@@ -109,30 +107,10 @@ fn target(default: PathBuf) -> PathBuf {
         .join("thumbv7em-none-eabihf/release")
 }
 
-/// The handler in the firmware's own image.
-fn handler(here: &Path) -> Result<Row, String> {
-    let path = std::env::var_os("BRISTLE_FIRMWARE").map_or_else(
+/// The firmware's own image.
+fn firmware(here: &Path) -> PathBuf {
+    std::env::var_os("BRISTLE_FIRMWARE").map_or_else(
         || target(here.join("../../firmware/target")).join("bristle-firmware"),
         PathBuf::from,
-    );
-    let image = Image::read(&path)?;
-    let lines = defmt_decoder::Table::parse(image.bytes())
-        .map_err(|e| e.to_string())?
-        .ok_or("the image does not log")?;
-    let mut session = Session::new(&image, &lines)?;
-    session.arm()?;
-    session.ask(&Command::Play(
-        Experiment::Sine {
-            amplitude_nm: 0.035,
-            period_ticks: 10_000,
-        },
-        Bounds::open(u32::MAX),
-    ))?;
-    session.run(20_000).map_err(|e| format!("{e:?}"))?;
-    let interrupt = bristle_image::names::interrupt("TIM7_DAC");
-    Ok(Row {
-        name: "whole handler".to_owned(),
-        cost: session.machine.cost(interrupt),
-        limit: Some(600),
-    })
+    )
 }

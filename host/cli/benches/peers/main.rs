@@ -158,7 +158,7 @@ fn fit(axis_path: &Path, logs: &[PathBuf], task: &Path) -> Result<Own, Failure> 
     data.weigh(&joint);
     let model = &joint.model;
     let start = model.start();
-    let standing = inverse::standing(model, &data.records, &data.weights, start.clone());
+    let standing = inverse::fit_at(model, &data.records, &data.weights, start.clone());
     let mut seconds = f64::INFINITY;
     let mut fitted = None;
     // The first one also wakes the threads.

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::search::Hypothesis;
 use super::verdict::Kind;
 use crate::axis_file::{AxisFile, EffectEntry};
+use crate::believed::Believed;
 use crate::inverse::{Owner, Point};
 use bristle_plant::Unit;
 use bristle_plant::effect::Kind as Role;
@@ -101,6 +102,13 @@ pub fn axis_file(given: &AxisFile, hypothesis: &Hypothesis) -> AxisFile {
     }
     file.effects = entries(&point, 0, given.unit);
     file
+}
+
+/// The axis at a point with its effects as they are on the first record, ready to be simulated.
+pub fn axis_at(point: &Point) -> Believed {
+    let mut axis = point.believed().clone();
+    axis.effects = entries(point, 0, axis.unit);
+    axis
 }
 
 /// The effects of a point on a record, as an axis file holds them.

@@ -28,6 +28,10 @@ const CERTAIN: f64 = 0.5;
 const LEAST_WAVES: f64 = 2.0;
 /// Moments from which something may be different for good; a fit cannot move them.
 const STARTS_OF_CHANGE: usize = 16;
+/// The parameter that is such a moment.
+const CHANGES_FOR_GOOD: &str = "start_s";
+/// Times that its place is halved: to some 10 ms in a record of 20 s.
+const HALVINGS: usize = 6;
 /// Moments or places of a sudden change that are tried.
 const MOMENTS: usize = 5;
 
@@ -132,7 +136,7 @@ impl<'a> Background<'a> {
         let mut grid = self.grid(entry);
         if !starts.is_empty() {
             // What has a wave has been tried with it; here are the sizes beside.
-            let waved = place(Kind::Size);
+            let waved = phase.and_then(|phase| size_of_wave(entry, phase));
             grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
         }
         let of_grid: Vec<Start> = grid
@@ -145,7 +149,36 @@ impl<'a> Background<'a> {
             .collect();
         starts.extend(of_grid);
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        if let Some(best) = starts.first_mut() {
+            self.settle_moment(entry, best);
+        }
         starts
+    }
+
+    /// Moves the moment of a sudden change to where it fits best, between those that were tried.
+    fn settle_moment(&self, entry: &'static Entry, best: &mut Start) {
+        let Some(moment) = entry
+            .parameters
+            .iter()
+            .position(|p| p.name == CHANGES_FOR_GOOD)
+        else {
+            return;
+        };
+        let mut reach = 0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64;
+        for _ in 0..HALVINGS {
+            let beside = [-reach, reach].into_par_iter().filter_map(|by| {
+                let mut values = best.values.clone();
+                values[moment] += by;
+                self.scaled(entry, values)
+            });
+            let found: Vec<Start> = beside.collect();
+            if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
+                && better.gain > best.gain
+            {
+                *best = better;
+            }
+            reach *= 0.5;
+        }
     }
 
     /// Values over the usual range: one size at a time, every combination of a few shapes.
@@ -205,7 +238,7 @@ impl<'a> Background<'a> {
 
     /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where the rest is largest.
     fn moments(&self, name: &str) -> Option<Vec<f64>> {
-        if name == "start_s" {
+        if name == CHANGES_FOR_GOOD {
             return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
         }
         let of = |node: &Node| {
@@ -304,7 +337,7 @@ impl<'a> Background<'a> {
 
     /// Waves over angle or time: the whole spectrum at once, then the best lines one by one.
     fn waves(&self, entry: &'static Entry, line: usize, phase: usize, in_time: bool) -> Vec<Start> {
-        let Some(size) = entry.parameters.iter().position(|p| p.kind == Kind::Size) else {
+        let Some(size) = size_of_wave(entry, phase) else {
             return Vec::new();
         };
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
@@ -476,7 +509,9 @@ impl<'a> Background<'a> {
             let mut model = self.with(entry, start);
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
-            model.scales_effort |= model.changes_gain(self.records, &from)?;
+            // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
+            let cuts = entry.parameters.iter().any(|p| p.kind == Kind::Limit);
+            model.scales_effort |= !cuts && model.changes_gain(self.records, &from)?;
             let fit = fit_near(&model, self.records, self.weights, from, &self.fit.jacobian)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
@@ -484,6 +519,13 @@ impl<'a> Background<'a> {
         }
         Ok(best)
     }
+}
+
+/// The size that a wave's order and phase belong to: the last one before its phase.
+fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
+    entry.parameters[..phase]
+        .iter()
+        .rposition(|p| p.kind == Kind::Size)
 }
 
 /// A usual range, widened to what is still physical: three times as far, on the same side of zero.

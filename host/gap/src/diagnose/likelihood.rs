@@ -29,10 +29,36 @@ pub struct Noise {
 /// Soc. B 63, call it the discrepancy.
 const DISCREPANCY: f64 = 0.12;
 
-/// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
-const COUNT_ERROR: f64 = 0.3;
 /// Correlation is looked for up to this many nodes, some 0.3 s.
 const LONGEST_LAG: usize = 12;
+
+/// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
+const COUNT_ERROR: f64 = 0.3;
+
+/// What the method leaves over of an axis that is exactly the model, by record and regime: coarse positions, smoothing
+/// and noise.
+#[derive(Clone, Debug, Default)]
+pub struct Own(Vec<[f64; 3]>);
+
+impl Own {
+    /// From records of such an axis.
+    pub fn new(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Self {
+        let mut sums = vec![[(0.0, 0.0); 3]; records.len()];
+        for (node, r) in nodes.iter().zip(left_over).filter(|(n, _)| !n.excluded) {
+            let (square, count) = &mut sums[node.record][node.regime as usize];
+            *square += r * r;
+            *count += 1.0;
+        }
+        let rms = |(square, count): (f64, f64)| (square / f64::max(count, 1.0)).sqrt();
+        Self(sums.into_iter().map(|groups| groups.map(rms)).collect())
+    }
+
+    fn rms_nm(&self, record: usize, regime: Regime) -> f64 {
+        self.0
+            .get(record)
+            .map_or(0.0, |groups| groups[regime as usize])
+    }
+}
 
 impl Noise {
     /// From what a fitted model leaves over. `stiffness_nm_rad` turns the encoder's error into torque in presliding.
@@ -43,6 +69,36 @@ impl Noise {
         inertia_kg_m2: f64,
         stiffness_nm_rad: f64,
         coulomb_nm: f64,
+    ) -> Self {
+        let open = |place: usize, regime, white_nm: f64| match regime {
+            Regime::Sliding => white_nm,
+            _ => white_nm.hypot(
+                (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
+                    .min(0.5 * coulomb_nm),
+            ),
+        };
+        Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
+    }
+
+    /// The same where it is known what the model leaves over on records of its own.
+    pub fn beside(
+        records: &[Record],
+        nodes: &[Node],
+        left_over: &[f64],
+        inertia_kg_m2: f64,
+        own: &Own,
+    ) -> Self {
+        let open = |place, regime, white_nm: f64| white_nm.max(own.rms_nm(place, regime));
+        Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
+    }
+
+    /// `open` is told record, regime and white noise, and gives what is open of the torque.
+    fn with_open(
+        records: &[Record],
+        nodes: &[Node],
+        left_over: &[f64],
+        inertia_kg_m2: f64,
+        open: impl Fn(usize, Regime, f64) -> f64,
     ) -> Self {
         let mut groups = vec![[Group::default(); 3]; records.len()];
         for (place, record) in records.iter().enumerate() {
@@ -57,14 +113,9 @@ impl Noise {
                     .map(|(at, (_, &r))| (at, r))
                     .collect();
                 let closed = record.noise_nm(inertia_kg_m2);
-                let bristles = match regime {
-                    Regime::Sliding => 0.0,
-                    _ => (COUNT_ERROR * record.rad_per_count * stiffness_nm_rad)
-                        .min(0.5 * coulomb_nm),
-                };
                 let white = difference_noise(&members);
                 let robust = robust_rms(&members);
-                let open_nm = closed.max(white).hypot(bristles);
+                let open_nm = open(place, regime, closed.max(white));
                 let floor_nm = open_nm.min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
@@ -119,12 +170,15 @@ impl Noise {
         }
         let mut sum = 0.0;
         for (groups, squares) in self.groups.iter().zip(&squares) {
-            for (group, square) in groups.iter().zip(squares) {
+            for (regime, (group, square)) in Regime::ALL.iter().zip(groups.iter().zip(squares)) {
                 if group.nodes > 0 {
-                    let floor = group.open_nm * group.open_nm;
-                    // Below what is open a rest is as good as it can be.
-                    let mean = (square / group.nodes as f64).max(floor);
-                    let spread = mean + self.discrepancy_nm.powi(2);
+                    let open = group.open_nm * group.open_nm;
+                    let mut mean = square / group.nodes as f64;
+                    let spread = mean.max(open) + self.discrepancy_nm.powi(2);
+                    if *regime != Regime::Sliding {
+                        // Below what is open a rest is as good as it can be: less follows the method's own error.
+                        mean = mean.max(open);
+                    }
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }
             }

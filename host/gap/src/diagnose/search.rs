@@ -1,13 +1,15 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
+use super::apply::axis_at;
 use super::candidate::{Background, Start};
 use super::held_out::held_out;
-use super::likelihood::Noise;
+use super::likelihood::{Noise, Own};
 use super::regime::{Node, nodes};
 use super::signature;
+use super::verdict::leaves_room;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Record, fit, fit_near, scale};
+use crate::inverse::{self, Fit, Model, Owner, Record, fit, fit_at, fit_near, scale};
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
@@ -27,6 +29,8 @@ const BESIDE: usize = 4;
 pub const MOST_EFFECTS: usize = 2;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
 const WORTH_A_FIT: f64 = 12.0;
+/// Standard deviations of its prior beyond which a parameter has strayed.
+const STRAYS: f64 = 2.0;
 /// Standard deviation of a parameter of the axis file, as a share of it.
 pub const DOUBT: f64 = 0.15;
 
@@ -90,25 +94,17 @@ pub fn search(
     let nodes = nodes(&records, scale.z_ss_rad);
     let model = Model::base(believed, &records, DOUBT)?;
     let as_given = model.left_over(&records, &model.start())?;
-    let noise_of = |left_over: &[f64]| {
-        let stiffness = if inverse::has_bristles(believed.model) {
-            believed.stiffness_nm_rad
-        } else {
-            0.0
-        };
-        Noise::new(
-            &records,
-            &nodes,
-            left_over,
-            scale.inertia_kg_m2,
-            stiffness,
-            believed.coulomb_nm,
-        )
+    let noise_of = |left_over: &[f64], own: &Own| {
+        Noise::beside(&records, &nodes, left_over, scale.inertia_kg_m2, own)
     };
-    let mut noise = noise_of(&as_given);
+    let mut noise = noise_of(
+        &as_given,
+        &own_left_over(&model, &model.start(), &records, &scale),
+    );
     let mut weights = noise.weights(&nodes);
     let mut fitted = fit(&model, &records, &weights, model.start())?;
-    noise = noise_of(&fitted.left_over);
+    let own = own_left_over(&model, &fitted.at, &records, &scale);
+    noise = noise_of(&fitted.left_over, &own);
     weights = noise.weights(&nodes);
     fitted = fit(&model, &records, &weights, fitted.at)?;
     progress(0.1);
@@ -127,17 +123,35 @@ pub fn search(
     let screened = screen(&background, &fitted_ones, &|share| {
         progress(0.1 + 0.4 * share)
     });
-    let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> =
-        fit_best(&background, &screened, FITTED)?
-            .into_iter()
-            .map(|(entry, model, fit)| (vec![entry], model, fit))
-            .collect();
+    let mut found = fit_best(&background, &screened, FITTED)?;
+    progress(0.6);
+    if strayed(&model, &fitted.at) {
+        let believed = fit_at(&model, &records, &weights, model.start())?;
+        let background = Background::new(&model, &records, &nodes, &scale, &weights, &believed);
+        let screened = screen(&background, &fitted_ones, &|share| {
+            progress(0.6 + 0.1 * share)
+        });
+        for other in fit_best(&background, &screened, FITTED)? {
+            match found.iter_mut().find(|one| one.0.id == other.0.id) {
+                Some(one) if other.2.cost < one.2.cost => *one = other,
+                Some(_) => {}
+                None => found.push(other),
+            }
+        }
+    }
+    let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> = found
+        .into_iter()
+        .map(|(entry, model, fit)| {
+            let fit = fit.with_own_jacobian(&model, &records, &weights);
+            (vec![entry], model, fit)
+        })
+        .collect();
     progress(0.7);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
     let old = weights.clone();
     if let Some((_, _, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
-        noise = noise_of(&best.left_over);
+        noise = noise_of(&best.left_over, &own);
         weights = noise.weights(&nodes);
     }
     let again = |model: &Model, fit: &Fit| {
@@ -148,6 +162,7 @@ pub fn search(
                 .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
         }
         fit_near(model, &records, &weights, fit.at.clone(), &known)
+            .map(|fit| fit.with_own_jacobian(model, &records, &weights))
     };
     let fitted = again(&model, &fitted)?;
     tried = tried
@@ -194,7 +209,10 @@ pub fn search(
     let mut several: Vec<Hypothesis> = Vec::new();
     let mut best = single.first().cloned();
     for _ in 1..MOST_EFFECTS {
-        let Some(from) = best.take() else { break };
+        let room = |h: &Hypothesis| leaves_room(&noise, &nodes, &base.held_out, &h.held_out);
+        let Some(from) = best.take().filter(room) else {
+            break;
+        };
         let background =
             Background::new(&from.model, &records, &nodes, &scale, &weights, &from.fit);
         let others: Vec<&'static Entry> = fitted_ones
@@ -208,6 +226,7 @@ pub fn search(
             .map(|(entry, model, fit)| {
                 let mut added = from.added.clone();
                 added.push(entry);
+                let fit = fit.with_own_jacobian(&model, &records, &weights);
                 score(added, model, fit)
             })
             .collect();
@@ -234,6 +253,31 @@ pub fn search(
         base,
         single,
         several,
+    })
+}
+
+/// What the method leaves over of a model's own records; nothing where it cannot be simulated.
+fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
+    let axis = axis_at(&model.at(at));
+    let twins = records
+        .par_iter()
+        .enumerate()
+        .map(|(place, record)| inverse::twin(&axis, record, place as u64))
+        .collect::<Result<Vec<_>, InputError>>();
+    twins
+        .and_then(|twins| {
+            let left_over = model.left_over(&twins, at)?;
+            Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
+        })
+        .unwrap_or_default()
+}
+
+/// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
+/// has to be looked for from what was believed.
+fn strayed(model: &Model, at: &[f64]) -> bool {
+    model.free.iter().zip(at).any(|(free, x)| {
+        matches!(free.owner, Owner::Own(own) if own != inverse::Own::Skew)
+            && (x - free.center).abs() > STRAYS * free.spread
     })
 }
 

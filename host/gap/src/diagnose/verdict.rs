@@ -79,7 +79,7 @@ const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.
 const ALONE: f64 = 0.15;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
-const TIES: (f64, f64) = (6.0, 0.02);
+const TIES: (f64, f64) = (8.0, 0.004);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
@@ -232,6 +232,13 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
         && share(pair) - share(single) > SECOND
         && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
+}
+
+/// Whether beside an effect enough is left of the gap for a second one to be believed.
+pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], base: &[f64], single: &[f64]) -> bool {
+    let (floor, before) = noise.rms(nodes, base);
+    let left = contribution(noise.rms(nodes, single).1, floor);
+    left > MATTERS * floor && left > SECOND.sqrt() * contribution(before, floor)
 }
 
 /// Two effects that no data of effort and motor position tell apart: what differs between them is the controller's or the

@@ -39,8 +39,8 @@ pub fn fit(
     fit_near(model, records, weights, start, &DMatrix::zeros(0, 0))
 }
 
-/// The same from close by: `known` holds the first columns of the Jacobian there, which then stay as they are until the
-/// end. Steps are as good as these columns; where the fit stands still does not depend on them.
+/// The same from close by: `known` holds the first columns of the Jacobian there, which stay as they are, in the result
+/// too. Steps are as good as these columns; where the fit stands still does not depend on them.
 ///
 /// # Errors
 /// See [`fit`].
@@ -52,7 +52,7 @@ pub fn fit_near(
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
     let problem = Problem::new(model, records, weights, start, known)?.settled();
-    let jacobian = problem.columns(0);
+    let jacobian = problem.whole();
     Ok(problem.into_fit(jacobian))
 }
 
@@ -71,11 +71,32 @@ pub fn fit_alone(
     Ok(problem.into_fit(DMatrix::zeros(0, 0)))
 }
 
-/// What a fit would rest on if it came out at `at`.
+impl Fit {
+    /// With every column of the Jacobian as it is where the fit stands.
+    pub fn with_own_jacobian(self, model: &Model, records: &[Record], weights: &[f64]) -> Self {
+        let problem = Problem {
+            model,
+            records,
+            weights,
+            at: DVector::from_vec(self.at),
+            left_over: self.left_over,
+            friction_nm: Vec::new(),
+            known: &DMatrix::zeros(0, 0),
+        };
+        Self {
+            jacobian: problem.whole(),
+            at: problem.at.as_slice().to_vec(),
+            left_over: problem.left_over,
+            cost: self.cost,
+        }
+    }
+}
+
+/// What a model leaves over at a point, with its Jacobian there, as if it had been fitted.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-pub fn standing(
+pub fn fit_at(
     model: &Model,
     records: &[Record],
     weights: &[f64],
@@ -83,7 +104,7 @@ pub fn standing(
 ) -> Result<Fit, InputError> {
     let none = DMatrix::zeros(0, 0);
     let problem = Problem::new(model, records, weights, at, &none)?;
-    let jacobian = problem.columns(0);
+    let jacobian = problem.whole();
     Ok(problem.into_fit(jacobian))
 }
 
@@ -93,7 +114,7 @@ struct Problem<'a> {
     weights: &'a [f64],
     at: DVector<f64>,
     left_over: Vec<f64>,
-    /// Friction along the motion there, N m.
+    /// Friction along the motion there, N m; empty where it was not kept.
     friction_nm: Vec<f64>,
     known: &'a DMatrix<f64>,
 }
@@ -164,6 +185,20 @@ impl<'a> Problem<'a> {
         )
     }
 
+    /// The Jacobian of the weighted rest: the known columns, then the others as they are here.
+    fn whole(&self) -> DMatrix<f64> {
+        let (nodes, known) = (self.left_over.len(), self.known.ncols());
+        let mut whole = DMatrix::zeros(nodes, self.at.len());
+        if known > 0 {
+            whole.columns_mut(0, known).copy_from(self.known);
+        }
+        let columns = self.columns(known);
+        whole
+            .columns_mut(known, columns.ncols())
+            .copy_from(&columns);
+        whole
+    }
+
     /// The columns from `first` on.
     fn columns(&self, first: usize) -> DMatrix<f64> {
         let columns: Vec<DVector<f64>> = (first..self.at.len())
@@ -189,7 +224,8 @@ impl<'a> Problem<'a> {
             // Held where it is.
             return vec![0.0; self.left_over.len()];
         }
-        let mut rubbing = if self.model.leaves_friction(i) {
+        let kept = !self.friction_nm.is_empty();
+        let mut rubbing = if kept && self.model.leaves_friction(i) {
             Rubbing::Known(&self.friction_nm)
         } else {
             Rubbing::Anew
@@ -233,19 +269,12 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let (nodes, known) = (self.left_over.len(), self.known.ncols());
+        let nodes = self.left_over.len();
         let free = &self.model.free;
-        let mut whole = DMatrix::zeros(nodes + free.len(), free.len());
-        if known > 0 {
-            whole.view_mut((0, 0), (nodes, known)).copy_from(self.known);
-        }
-        let columns = self.columns(known);
-        whole
-            .view_mut((0, known), (nodes, columns.ncols()))
-            .copy_from(&columns);
+        let mut stacked = self.whole().insert_rows(nodes, free.len(), 0.0);
         for (i, free) in free.iter().enumerate() {
-            whole[(nodes + i, i)] = 1.0 / free.spread;
+            stacked[(nodes + i, i)] = 1.0 / free.spread;
         }
-        Some(whole)
+        Some(stacked)
     }
 }

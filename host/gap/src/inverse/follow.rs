@@ -255,8 +255,8 @@ impl Load {
             inertia_kg_m2,
             position_rad,
             velocity_rad_s,
-            // A fifth of a radian a step keeps the semi-implicit step stable and its frequency within 0.2 %.
-            steps: (fastest * step_s / 0.2).ceil().clamp(1.0, 50.0) as u32,
+            // Half a radian a step keeps the semi-implicit step stable and its frequency within 1 %.
+            steps: (fastest * step_s / 0.5).ceil().clamp(1.0, 20.0) as u32,
         }
     }
 

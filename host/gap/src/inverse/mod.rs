@@ -9,11 +9,13 @@ mod model;
 mod motion;
 mod record;
 mod sensor;
+mod twin;
 
 pub use base::scale;
-pub use fit::{Fit, STANDS_STILL, fit, fit_alone, fit_near, standing};
+pub use fit::{Fit, STANDS_STILL, fit, fit_alone, fit_at, fit_near};
 pub use follow::{Later, Rubbing, Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, Free, Model, OFFSET, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};
 pub use sensor::Shown;
+pub use twin::twin;

@@ -43,7 +43,7 @@ pub(super) const ENTRY: Entry = Entry {
     id: "mechanics.inertia_change",
     model: "J (1 + share (t >= t_0) + A sin(n q + p)) a + J A n cos(n q + p) v^2/2",
     parameters: &[
-        Parameter::same("share", Kind::Size, |_| [0.1, 1.0]),
+        Parameter::same("share", Kind::Size, |_| [0.0, 1.0]),
         Parameter::same("start_s", Kind::Shape, |scale| [0.0, scale.duration_s]),
         Parameter::same("amplitude_share", Kind::Size, |_| [0.0, 0.5]),
         Parameter::ORDER,

@@ -246,7 +246,7 @@ impl Joint {
         let kind = truth.model;
         let mut joint = Self { kind, model, fit };
         data.weigh(&joint);
-        joint.fit = inverse::standing(&joint.model, &data.records, &data.weights, at)?;
+        joint.fit = inverse::fit_at(&joint.model, &data.records, &data.weights, at)?;
         Ok(joint)
     }
 

@@ -1,0 +1,95 @@
+//! A record that a known axis would have left: the axis is simulated with the same efforts and led along the measured
+//! motion by what moves it back to it, and that is recorded as effort too. What the method makes of it is the method's own
+//! doing: coarse positions, smoothing and noise.
+
+use super::record::Record;
+use crate::axis_file::AxisFile;
+use crate::believed::{Believed, Noise};
+use crate::error::InputError;
+use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
+use crate::signal::interpolate;
+use bristle_plant::Unit;
+use bristle_plant::drive::DriveConfig;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::path::PathBuf;
+
+/// Bandwidth of what leads a twin along the measured motion, rad/s.
+const LEADS: f64 = 125.0;
+
+/// The record of such an axis along the longest stretch of a record.
+///
+/// # Errors
+/// The friction model refuses the parameters, or the axis does not stay with the motion.
+pub fn twin(axis: &Believed, record: &Record, seed: u64) -> Result<Record, InputError> {
+    let log = log_of(axis, record, seed)?;
+    Record::new(&log, &AxisFile::new(axis.unit, 1.0), axis, &[])
+}
+
+fn log_of(axis: &Believed, record: &Record, seed: u64) -> Result<Log, InputError> {
+    let mut axis = axis.clone();
+    if !record.commanded {
+        axis.drive = DriveConfig::default();
+    }
+    let file = PathBuf::from(&record.name);
+    let step_s = record.step_s / record.averaged as f64;
+    let empty = || InputError::new(&file, "has no stretch to simulate", "record for longer");
+    let stretch = record
+        .stretches
+        .iter()
+        .max_by_key(|stretch| stretch.effort_nm.len())
+        .ok_or_else(empty)?;
+    let samples = stretch.effort_nm.len() * record.averaged;
+    let time_s: Vec<f64> = (0..samples).map(|k| k as f64 * step_s).collect();
+    let coarse: Vec<f64> = (0..stretch.effort_nm.len())
+        .map(|k| k as f64 * record.step_s)
+        .collect();
+    let position = interpolate(&coarse, &stretch.smooth_rad, &time_s);
+    let velocity = interpolate(&coarse, &stretch.velocity_rad_s, &time_s);
+    let inertia = axis.whole_inertia_kg_m2();
+    let mut simulated = axis
+        .axis(axis.model, step_s, Noise::default(), seed)?
+        .starting_at(position[0], velocity[0]);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
+    let (mut efforts, mut positions) = (Vec::new(), Vec::new());
+    for k in 0..samples {
+        let motion = simulated.truth().motion;
+        let lead = LEADS * LEADS * (position[k] - motion.position_rad)
+            + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
+        let effort = stretch.effort_nm[k / record.averaged] + inertia * lead;
+        positions.push(simulated.reading().counts as f64 * axis.rad_per_count());
+        simulated.advance(effort);
+        let noise: f64 = StandardNormal.sample(&mut random);
+        efforts.push(effort + noise_nm * noise);
+    }
+    if positions.iter().chain(&efforts).any(|x| !x.is_finite()) {
+        return Err(axis.diverged(time_s[samples - 1]));
+    }
+    Ok(Log {
+        file,
+        unit: Some(axis.unit),
+        time_s,
+        efforts: vec![Effort {
+            kind: if record.commanded {
+                EffortKind::TorqueReference
+            } else {
+                EffortKind::TorqueMeasured
+            },
+            values: efforts,
+        }],
+        position: Position {
+            kind: match axis.unit {
+                Unit::Rotary => PositionKind::Rad,
+                Unit::Linear => PositionKind::M,
+            },
+            values: positions,
+        },
+        position_load: None,
+        position_ref: None,
+        velocity: None,
+        temperature_c: None,
+        unknown: Vec::new(),
+    })
+}
