@@ -118,7 +118,7 @@ fn experiments(proposal: &Proposal, axis: &Believed) -> Table {
 fn parameters(proposal: &Proposal) -> Table {
     let mut table = Table::new(
         &format!(
-            "Expected of a {} model, intervals at 90 %",
+            "Expected with the {} model, intervals at 90 %",
             proposal.model.name()
         ),
         &["parameter", "value", "from", "to", "verdict", "why"],
