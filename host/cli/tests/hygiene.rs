@@ -180,7 +180,7 @@ fn counts_a_turn_that_are_off_by_a_factor_are_named() {
     // Positions four times as large.
     let wrong = AXIS.replace("131072", "32768");
     std::fs::write(folder.join("axis.toml"), wrong).unwrap();
-    let said = notes(folder);
+    let said = refusal(folder);
     assert!(
         said.contains("wrong-scale") && said.contains("check counts_per_rev (times 4)"),
         "{said}"
@@ -191,8 +191,13 @@ fn counts_a_turn_that_are_off_by_a_factor_are_named() {
 fn saturated_stretches_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // A speed loop that asks for more than the drive gives.
-    let limited = AXIS.to_string() + "[drive]\ntorque_limit_nm = 0.2\n";
+    // A speed loop that asks for more than the drive gives, for long against a sample.
+    let fast = AXIS.replace(
+        "rate_hz = 1000\nl1_1_s = 150",
+        "rate_hz = 10000\nl1_1_s = 1000",
+    );
+    assert_ne!(fast, AXIS);
+    let limited = fast + "[drive]\ntorque_limit_nm = 0.2\n";
     std::fs::write(folder.join("axis.toml"), limited).unwrap();
     rows(folder, "ladder");
     let said = notes(folder);
