@@ -66,7 +66,7 @@ fn what_was_expected_of_a_plan_comes_out_of_it() {
         assert_eq!(realised["verdict"], expected["verdict"], "{name}");
         // Wider where the bias of the method, which only a fit shows, is doubted; narrower where a fit takes up what
         // sampling leaves over along reversals and the plan, at the true parameters, counts as noise.
-        assert!((0.15..=6.0).contains(&factor), "{name}: {factor}");
+        assert!((0.15..=4.0).contains(&factor), "{name}: {factor}");
     }
     // No skew was put in: the drive's delay is counted in samples of the log, not of the averaged record.
     let skew_s = found["timing"]["value"].as_f64().unwrap();
@@ -88,7 +88,7 @@ fn bad_input_is_one_line_and_leaves_nothing() {
             "allow more time",
         ),
         (vec!["--axis", "axis.toml", "--minutes", "5"], "warms up"),
-        (vec!["--axis", "axis.toml", "--minutes", "-1"], "above zero"),
+        (vec!["--axis", "axis.toml", "--minutes", "0"], "above zero"),
         (vec!["--minutes", "1"], "--axis"),
     ] {
         let all = [
