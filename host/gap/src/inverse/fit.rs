@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
 pub const STANDS_STILL: f64 = 1e-4;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
-const PATIENCE: usize = 1;
+const PATIENCE: usize = 3;
 
 /// A fitted model.
 #[derive(Clone, Debug)]
