@@ -2,6 +2,7 @@
 
 use crate::budget::Row;
 use crate::clocks::Cause;
+use crate::cost::Cost;
 use crate::elf::Image;
 use crate::host::{Session, TICK_CYCLES};
 use crate::machine::Stop;
@@ -82,17 +83,25 @@ pub fn rows(image: &Image) -> Result<Vec<Row>, String> {
         ("whole handler, one sine after another", replays),
         ("whole handler, other experiments", others),
     ];
+    let mut after = Cost::default();
     let row = |(name, run): (&str, Run)| {
         let mut session = Session::new(image, &lines)?;
         session.arm()?;
         run(&mut session).map_err(|e| format!("{name}: {e}"))?;
+        after.add(session.machine.cost(names::interrupt("CORDIC")));
         Ok(Row {
             name: name.to_owned(),
             cost: session.machine.cost(names::interrupt("TIM7_DAC")),
             limit: LIMIT,
         })
     };
-    runs.into_iter().map(row).collect()
+    let mut rows: Vec<_> = runs.into_iter().map(row).collect::<Result<_, String>>()?;
+    rows.push(Row {
+        name: "after the handler, in all of these".to_owned(),
+        cost: after,
+        limit: LIMIT,
+    });
+    Ok(rows)
 }
 
 fn sine(session: &mut Session<'_>) -> Result<(), String> {
