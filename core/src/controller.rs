@@ -161,9 +161,17 @@ impl Controller {
                 alarms = alarms.and(Alarms::INDEX);
             }
         }
-        let sample = config
-            .tick
-            .decide(&mut self.state, input.raw, self.reference);
+        if self.supervisor.is_against(&config.limits, alarms) {
+            cold_path();
+            // A fault if something plays: its torque would not be put out, and the tick has more to do than others.
+            self.reference = Reference::Torque(0.0);
+        }
+        let sample = config.tick.decide(
+            &mut self.state,
+            input.raw,
+            self.reference,
+            self.usual_speed_rad_s,
+        );
         let seen = Observation {
             wanted_nm: sample.torque_ref_nm,
             velocity_rad_s: sample.luenberger.velocity_rad_s,

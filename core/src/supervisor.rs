@@ -289,6 +289,28 @@ impl Supervisor {
         self.held = Alarms::HELD;
     }
 
+    #[inline(always)]
+    fn is_limited_too_long(&self, limits: &Limits) -> bool {
+        self.ticks_limited >= limits.limit_ticks
+    }
+
+    #[inline(always)]
+    fn is_silent_too_long(&self, limits: &Limits) -> bool {
+        self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks
+    }
+
+    /// Before the step of a tick: whether an experiment that plays ends in it by a fault, as far as that is known.
+    #[inline(always)]
+    pub(crate) fn is_against(&self, limits: &Limits, alarms: Alarms) -> bool {
+        if alarms.and(self.held) == Alarms::default() {
+            return false;
+        }
+        cold_path();
+        alarms != Alarms::default()
+            || self.is_limited_too_long(limits)
+            || self.is_silent_too_long(limits)
+    }
+
     /// Takes the count at an index edge, before the step of its tick; false if counts were lost or made.
     #[inline]
     pub fn index_fits(&mut self, limits: &Limits, index: u32) -> bool {
@@ -441,10 +463,10 @@ impl Supervisor {
         if stuck {
             cold_path();
             Fault::StuckEncoder
-        } else if !self.stopping && self.ticks_limited >= limits.limit_ticks {
+        } else if !self.stopping && self.is_limited_too_long(limits) {
             cold_path();
             Fault::LimitTooLong
-        } else if self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks {
+        } else if self.is_silent_too_long(limits) {
             cold_path();
             Fault::CommandTimeout
         } else {

@@ -98,7 +98,7 @@ pub struct Stats {
     pub latency_cycles: AtomicU32,
     /// The most so far.
     pub most_latency_cycles: AtomicU32,
-    /// Cycles of the handler, of the last tick.
+    /// Cycles from the handler's entry to the end of what follows it, of the last tick.
     pub run_cycles: AtomicU32,
     /// The most so far.
     pub most_run_cycles: AtomicU32,

@@ -61,12 +61,7 @@ unsafe extern "C" fn TIM7_DAC() {
         side.overrun = FLAG_OVERRUN;
         count(&stats.queue_overruns);
     }
-    stats
-        .ticks
-        .store(out.record.tick.wrapping_add(1), Ordering::Relaxed);
     board::prepare_next_tick();
-    let run = board::cycles().wrapping_sub(side.entered);
-    stats.run_cycles.store(run, Ordering::Relaxed);
 }
 
 /// What can be done before the counts of the next tick are there: orders, parameters, the next reference, statistics.
@@ -78,6 +73,9 @@ unsafe extern "C" fn CORDIC() {
     // SAFETY: neither of the two handlers interrupts the other, and nobody else reaches it.
     let side = unsafe { SHARED.side.get() };
     let controller = &mut side.controller;
+    stats
+        .ticks
+        .store(controller.supervisor().tick(), Ordering::Relaxed);
     controller.look_ahead(&exchange::parameters().config);
     // SAFETY: not in the tick, and the only call.
     let changed = unsafe { exchange::take_over() };
@@ -97,10 +95,6 @@ unsafe extern "C" fn CORDIC() {
         &stats.most_latency_cycles,
         stats.latency_cycles.load(Ordering::Relaxed),
     );
-    raise(
-        &stats.most_run_cycles,
-        stats.run_cycles.load(Ordering::Relaxed),
-    );
     side.ticks_to_wake -= 1;
     if side.ticks_to_wake == 0 {
         cold_path();
@@ -115,6 +109,9 @@ unsafe extern "C" fn CORDIC() {
             .store(luenberger, Ordering::Relaxed);
         stats.rejected_time_free.store(time_free, Ordering::Relaxed);
     }
+    let run = board::cycles().wrapping_sub(side.entered);
+    stats.run_cycles.store(run, Ordering::Relaxed);
+    raise(&stats.most_run_cycles, run);
     side.late = board::next_tick_is_due();
 }
 

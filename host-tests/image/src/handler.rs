@@ -132,8 +132,10 @@ fn orders(session: &mut Session<'_>) -> Result<(), String> {
 /// Each fault that an axis or a host can bring about, several times, at ever other places of the sine.
 fn faults(session: &mut Session<'_>) -> Result<(), String> {
     // The first while the sine still passes the index, which a runaway leaves behind.
-    fault(session, Fault::IndexMismatch, 10_000)?;
+    fault(session, SINE, Fault::IndexMismatch, 10_000)?;
     for k in 0..8 {
+        // Every other time within a loop.
+        let experiment = if k % 2 == 0 { SINE } else { OTHERS[1] };
         for one in [
             Fault::EncoderIllegal,
             Fault::DriveFault,
@@ -144,15 +146,20 @@ fn faults(session: &mut Session<'_>) -> Result<(), String> {
             Fault::StuckEncoder,
             Fault::Overspeed,
         ] {
-            fault(session, one, 1500 + 3 * SHIFT * k)?;
+            fault(session, experiment, one, 1500 + 3 * SHIFT * k)?;
         }
     }
     Ok(())
 }
 
-/// Brings a fault about after so many ticks of a sine, and mends it.
-fn fault(session: &mut Session<'_>, fault: Fault, ticks: u64) -> Result<(), String> {
-    play(session, SINE, u32::MAX)?;
+/// Brings a fault about after so many ticks of an experiment, and mends it.
+fn fault(
+    session: &mut Session<'_>,
+    experiment: Experiment<f32>,
+    fault: Fault,
+    ticks: u64,
+) -> Result<(), String> {
+    play(session, experiment, u32::MAX)?;
     run(session, ticks)?;
     bring_about(session, fault)?;
     let stands = session.heard.records.last().map(|r| r.status.fault());
