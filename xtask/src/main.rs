@@ -21,6 +21,7 @@ const USAGE: &str = "usage: cargo xtask <chore>
   check-elf [--pwm]
           build it, and show that its control interrupt cannot panic, log, mask interrupts or emulate arithmetic
   budgets build it, count the instructions of the control tick and its pieces, write docs/budgets.md
+  peers   time the joint fit against SciPy on the same cost and data, write docs/peers.md
   flash   build it, put it on the board with probe-rs and show its trace
   attach  show the trace of the board as it runs";
 
@@ -38,6 +39,10 @@ fn main() -> ExitCode {
         Some("build-firmware") => firmware::build(&options),
         Some("check-elf") => firmware::check(&options),
         Some("budgets") => test::budgets(),
+        Some("peers") => sh(
+            "cargo",
+            &["bench", "--package", "bristle", "--bench", "peers"],
+        ),
         Some("flash") => firmware::flash(&options),
         Some("attach") => firmware::attach(&options),
         _ => {

@@ -12,6 +12,7 @@ mod image;
 mod link;
 mod observe;
 mod output;
+mod plan;
 #[cfg(feature = "probe")]
 mod probe;
 mod remote;
@@ -43,6 +44,7 @@ enum Command {
     Identify(identify::Args),
     Observe(observe::Args),
     Simulate(simulate::Args),
+    Plan(plan::Args),
     Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
@@ -85,6 +87,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Identify(args) => identify::run(args),
         Command::Observe(args) => observe::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Plan(args) => plan::run(args),
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),

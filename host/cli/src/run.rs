@@ -220,7 +220,7 @@ fn on_bench(
     };
     match args.on {
         On::Virtual => {
-            let mut bench = Virtual::new(axis, real, args.real.noise(), args.real.seed)?;
+            let mut bench = Virtual::new(axis, real, args.real.noise(), args.real.seed())?;
             play(&mut bench)
         }
         On::Image => {
@@ -382,7 +382,7 @@ fn as_json(args: &Args, setup: &Setup, plan: &Plan, done: &[Done]) -> Value {
         "what": args.what,
         "axis": setup.name,
         "on": args.on.to_possible_value().map(|value| value.get_name().to_owned()),
-        "seed": (args.on == On::Virtual).then_some(args.real.seed),
+        "seed": (args.on == On::Virtual).then_some(args.real.seed()),
         "effects": args.real.effect,
         "interrupted": source::interrupted(),
         "planned": plan.steps.len(),

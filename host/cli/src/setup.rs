@@ -50,6 +50,13 @@ pub struct Real {
     /// An effect to add, with its parameters, see `bristle effects`; may be given several times.
     #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
     pub effect: Vec<String>,
+    #[command(flatten)]
+    noisy: Noisy,
+}
+
+/// Noise of a virtual axis.
+#[derive(clap::Args)]
+pub struct Noisy {
     /// Torque noise on the rotor, rms (force on a linear axis).
     #[arg(long, value_name = "N m", default_value_t = 0.0, value_parser = output::not_negative)]
     torque_noise_nm: f64,
@@ -59,6 +66,16 @@ pub struct Real {
     /// Seed of the noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+}
+
+impl Noisy {
+    /// The noise.
+    pub fn noise(&self) -> Noise {
+        Noise {
+            torque_nm: self.torque_noise_nm,
+            position_rad: self.position_noise_rad,
+        }
+    }
 }
 
 impl Real {
@@ -75,15 +92,17 @@ impl Real {
 
     /// Its noise.
     pub fn noise(&self) -> Noise {
-        Noise {
-            torque_nm: self.torque_noise_nm,
-            position_rad: self.position_noise_rad,
-        }
+        self.noisy.noise()
+    }
+
+    /// Seed of its noise.
+    pub fn seed(&self) -> u64 {
+        self.noisy.seed
     }
 
     /// Whether anything is set apart.
     pub fn is_given(&self) -> bool {
-        !self.effect.is_empty() || self.torque_noise_nm > 0.0 || self.position_noise_rad > 0.0
+        !self.effect.is_empty() || self.noise() != Noise::default()
     }
 }
 

@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         &setup.file,
         &setup.believed,
         args.real.noise(),
-        args.real.seed,
+        args.real.seed(),
         |share| progress.set(share),
     )?;
     drop(progress);

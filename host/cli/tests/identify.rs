@@ -1,6 +1,7 @@
 //! What `bristle identify` promises: the published figures of EMPS, known parameters found again, bad input refused.
 
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -151,6 +152,7 @@ fn finds_the_parameters_of_a_virtual_axis() {
     .unwrap();
     let experiments = ["ladder", "sine", "dahl-ramp", "break-away"];
     let mut words = vec!["--axis", "bare.toml", "--model", "elasto-plastic"];
+    words.extend(["--report", "fit.html"]);
     let logs = experiments.map(|name| format!("{name}.csv"));
     for (name, log) in experiments.iter().zip(&logs) {
         let words = [
@@ -189,7 +191,43 @@ fn finds_the_parameters_of_a_virtual_axis() {
         );
     }
     let fitted = std::fs::read_to_string(folder.path().join("fitted.toml")).unwrap();
-    assert!(fitted.contains("sha256") && fitted.contains("# Intervals are at 90 %."));
+    assert!(fitted.contains("# Intervals are at 90 %."));
+    assert!(fitted.starts_with(&format!(
+        "# Identified from logs by bristle {} on 2",
+        env!("CARGO_PKG_VERSION")
+    )));
+    let report = std::fs::read_to_string(folder.path().join("fit.html")).unwrap();
+    for log in &logs {
+        let bytes = std::fs::read(folder.path().join(log)).unwrap();
+        let hash: String = Sha256::digest(&bytes)
+            .iter()
+            .map(|b| format!("{b:02x}"))
+            .collect();
+        assert!(
+            fitted.contains(&format!("# log {log} sha256 {hash}")),
+            "{log}"
+        );
+        assert!(report.contains(&hash), "{log}");
+        assert!(
+            report.contains(&format!("{log}: effort left over")),
+            "{log}"
+        );
+    }
+    for part in [
+        "Stribeck map",
+        "Friction over constant speed",
+        "steady-state fit",
+        "Presliding: gain",
+        "Presliding: phase",
+        "Presliding: step of effort",
+        "Dahl loop",
+        "Slow loop of friction over position",
+        "What is left over",
+        "Parameters, intervals at 90 %",
+        "Correlation of the estimates",
+    ] {
+        assert!(report.contains(part), "{part}");
+    }
     let observed = bristle(
         folder.path(),
         &[

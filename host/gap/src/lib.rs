@@ -20,6 +20,7 @@ mod names;
 pub mod observe;
 pub mod output;
 pub mod plan;
+pub mod propose;
 pub mod report;
 pub mod run;
 pub mod scale;

@@ -63,7 +63,7 @@ pub struct WonBack {
     pub full: f64,
     /// Of the file without the term.
     pub reduced: f64,
-    /// With what the diagnosis puts in its place.
+    /// With the first candidate of the diagnosis in its place.
     pub closed: f64,
     /// (reduced - closed)/(reduced - full); `None` where the term made no gap.
     pub share: Option<f64>,
@@ -99,8 +99,9 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     drop(progress);
     if !output::json_on_stdout(args.json.as_deref()) {
         output::print_table(&table(&result));
+        let verdict = result.verdict.get("kind").and_then(Value::as_str);
         output::print(&format!(
-            "{} is {} candidate{}\n",
+            "{} is {} candidate{}; the verdict is {}\n",
             result.term,
             if result.named_first {
                 "the first"
@@ -112,6 +113,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
             } else {
                 format!(": {}", result.candidates.join(", "))
             },
+            verdict.unwrap_or("not given"),
         ));
     }
     output::write_json(args.json.as_deref(), &result)
@@ -167,7 +169,10 @@ pub fn withhold(
         train: WonBack::new(
             gap(&full_answer, "before")?,
             gap(&answer, "before")?,
-            gap(&answer, "after")?,
+            candidates
+                .first()
+                .and_then(|first| first.get("gap_after")?.as_f64())
+                .map_or_else(|| gap(&answer, "after"), Ok)?,
         ),
         held_out: others,
     })
@@ -266,7 +271,7 @@ fn table(result: &Withheld) -> Table {
         "record",
         "gap of the full file",
         "without the term",
-        "closed by the diagnosis",
+        "with the first candidate",
         "won back",
     ];
     let row = |name: &str, won: &WonBack| {

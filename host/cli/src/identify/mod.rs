@@ -158,11 +158,7 @@ fn usable(
             .iter()
             .find(|finding| finding.severity == hygiene::Severity::Fatal);
         if let Some(finding) = fatal {
-            return Err(InputError::new(
-                path,
-                finding.to_string(),
-                "no fit to this log would be right",
-            ));
+            return Err(finding.error(path));
         }
         notes.extend(
             inspected
@@ -170,6 +166,7 @@ fn usable(
                 .iter()
                 .map(|finding| format!("{}: {finding}", path.display())),
         );
+        notes.extend(left_out(path, &log, &inspected.excluded));
         usable.push(Usable {
             excluded: inspected
                 .excluded
@@ -180,6 +177,29 @@ fn usable(
         });
     }
     Ok(usable)
+}
+
+/// Which stretches of a log no fit sees, and why.
+fn left_out(path: &Path, log: &Log, excluded: &[hygiene::Excluded]) -> Option<String> {
+    const SHOWN: usize = 5;
+    let words: Vec<String> = excluded
+        .iter()
+        .take(SHOWN)
+        .map(|excluded| {
+            let last = excluded.samples.end.min(log.len()).saturating_sub(1);
+            let (from_s, to_s) = (
+                log.time_s[excluded.samples.start.min(last)],
+                log.time_s[last],
+            );
+            format!("{from_s:.4} to {to_s:.4} s ({})", excluded.code.name())
+        })
+        .collect();
+    let more = match excluded.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let path = path.display();
+    (!words.is_empty()).then(|| format!("{path}: left out of the fit: {}{more}", words.join(", ")))
 }
 
 fn provenance(args: &Args) -> Result<Provenance, InputError> {

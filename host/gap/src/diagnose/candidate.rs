@@ -30,7 +30,7 @@ const LEAST_WAVES: f64 = 2.0;
 const STARTS_OF_CHANGE: usize = 16;
 /// The parameter that is such a moment.
 const CHANGES_FOR_GOOD: &str = "start_s";
-/// Times that its place is halved: to some 10 ms in a record of 20 s.
+/// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
 const HALVINGS: usize = 6;
 /// Moments or places of a sudden change that are tried.
 const MOMENTS: usize = 5;
@@ -150,21 +150,30 @@ impl<'a> Background<'a> {
         starts.extend(of_grid);
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         if let Some(best) = starts.first_mut() {
-            self.settle_moment(entry, best);
+            for (place, parameter) in entry.parameters.iter().enumerate() {
+                if let Some(reach) = self.between_moments(parameter.name) {
+                    self.settle(entry, best, place, reach);
+                }
+            }
         }
         starts
     }
 
-    /// Moves the moment of a sudden change to where it fits best, between those that were tried.
-    fn settle_moment(&self, entry: &'static Entry, best: &mut Start) {
-        let Some(moment) = entry
-            .parameters
-            .iter()
-            .position(|p| p.name == CHANGES_FOR_GOOD)
-        else {
-            return;
-        };
-        let mut reach = 0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64;
+    /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
+    fn between_moments(&self, name: &str) -> Option<f64> {
+        let node_s = self.records.iter().fold(0.0, |longest: f64, record| {
+            longest.max(record.kernel.length as f64 * record.step_s)
+        });
+        match name {
+            CHANGES_FOR_GOOD => Some(0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64),
+            "event_s" => Some(node_s),
+            "place_rad" => Some(node_s * self.scale.top_speed_rad_s),
+            _ => None,
+        }
+    }
+
+    /// Moves the moment or place of a sudden change to where it fits best.
+    fn settle(&self, entry: &'static Entry, best: &mut Start, moment: usize, mut reach: f64) {
         for _ in 0..HALVINGS {
             let beside = [-reach, reach].into_par_iter().filter_map(|by| {
                 let mut values = best.values.clone();

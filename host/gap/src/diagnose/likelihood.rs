@@ -35,8 +35,8 @@ const LONGEST_LAG: usize = 12;
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
 
-/// What the method leaves over of an axis that is exactly the model, by record and regime: coarse positions, smoothing
-/// and noise.
+/// What the method leaves over of an axis that is exactly the model and whose effort is measured exactly, by record and
+/// regime: coarse positions and smoothing.
 #[derive(Clone, Debug, Default)]
 pub struct Own(Vec<[f64; 3]>);
 
@@ -51,6 +51,17 @@ impl Own {
         }
         let rms = |(square, count): (f64, f64)| (square / f64::max(count, 1.0)).sqrt();
         Self(sums.into_iter().map(|groups| groups.map(rms)).collect())
+    }
+
+    /// The lower of both: what one model does not leave over of itself, the method does not have to.
+    #[must_use]
+    pub fn or_less(mut self, other: &Self) -> Self {
+        for (groups, others) in self.0.iter_mut().zip(&other.0) {
+            for (rms, other) in groups.iter_mut().zip(others) {
+                *rms = rms.min(*other);
+            }
+        }
+        self
     }
 
     fn rms_nm(&self, record: usize, regime: Regime) -> f64 {
@@ -170,15 +181,12 @@ impl Noise {
         }
         let mut sum = 0.0;
         for (groups, squares) in self.groups.iter().zip(&squares) {
-            for (regime, (group, square)) in Regime::ALL.iter().zip(groups.iter().zip(squares)) {
+            for (group, square) in groups.iter().zip(squares) {
                 if group.nodes > 0 {
                     let open = group.open_nm * group.open_nm;
-                    let mut mean = square / group.nodes as f64;
-                    let spread = mean.max(open) + self.discrepancy_nm.powi(2);
-                    if *regime != Regime::Sliding {
-                        // Below what is open a rest is as good as it can be: less follows the method's own error.
-                        mean = mean.max(open);
-                    }
+                    // Below what is open a rest is as good as it can be: less follows the method's own error.
+                    let mean = (square / group.nodes as f64).max(open);
+                    let spread = mean + self.discrepancy_nm.powi(2);
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }
             }

@@ -222,11 +222,12 @@ pub(super) fn position_error(
         Unit::Rotary => f64::from(1 << 24),
         Unit::Linear => 1e9,
     });
-    if !record.commanded {
-        believed.drive = DriveConfig::default();
-    }
     let step_s = record.step_s;
-    let later = Later::new(point.skew_s() / step_s);
+    let later = Later::new(point.skew_s() / step_s + record.delay_samples(believed.drive));
+    believed.drive = DriveConfig {
+        delay_samples: 0,
+        ..record.drive(believed.drive)
+    };
     let first = range.start;
     let velocity = &stretch.velocity_rad_s;
     let next = (first + 1).min(velocity.len() - 1);

@@ -150,7 +150,8 @@ pub fn search(
 
     // Noise once more, now from the best that was found: what it explains is no noise.
     let old = weights.clone();
-    if let Some((_, _, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
+    if let Some((_, with, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
+        let own = own.or_less(&own_left_over(with, &best.at, &records, &scale));
         noise = noise_of(&best.left_over, &own);
         weights = noise.weights(&nodes);
     }
@@ -262,7 +263,7 @@ fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -
     let twins = records
         .par_iter()
         .enumerate()
-        .map(|(place, record)| inverse::twin(&axis, record, place as u64))
+        .map(|(place, record)| inverse::twin(&axis, record, 0.0, place as u64))
         .collect::<Result<Vec<_>, InputError>>();
     twins
         .and_then(|twins| {

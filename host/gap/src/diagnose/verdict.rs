@@ -79,7 +79,7 @@ const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.
 const ALONE: f64 = 0.15;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
-const TIES: (f64, f64) = (8.0, 0.004);
+const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.

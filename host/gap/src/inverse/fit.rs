@@ -1,5 +1,6 @@
 //! Least squares of what a model leaves over, weighted by its noise, with the priors of what is believed.
 
+use super::follow::Rubbing;
 use super::model::Model;
 use super::record::Record;
 use crate::error::InputError;
@@ -8,9 +9,9 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 /// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
-const STANDS_STILL: f64 = 1e-4;
+pub const STANDS_STILL: f64 = 1e-4;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
-const PATIENCE: usize = 1;
+const PATIENCE: usize = 3;
 
 /// A fitted model.
 #[derive(Clone, Debug)]
@@ -50,28 +51,24 @@ pub fn fit_near(
     start: Vec<f64>,
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
-    let mut problem = Problem {
-        model,
-        records,
-        weights,
-        at: DVector::from_vec(start),
-        left_over: Vec::new(),
-        known,
-    };
-    problem.left_over = model.left_over(records, problem.at.as_slice())?;
-    let optimiser = LevenbergMarquardt::new()
-        .with_ftol(STANDS_STILL)
-        .with_xtol(STANDS_STILL)
-        .with_gtol(0.0)
-        .with_patience(PATIENCE);
-    let (problem, report) = optimiser.minimize(problem);
+    let problem = Problem::new(model, records, weights, start, known)?.settled();
     let jacobian = problem.whole();
-    Ok(Fit {
-        at: problem.at.as_slice().to_vec(),
-        cost: 2.0 * report.objective_function,
-        jacobian,
-        left_over: problem.left_over,
-    })
+    Ok(problem.into_fit(jacobian))
+}
+
+/// As [`fit`], but without the Jacobian where it comes out, which takes a pass over the records for each parameter.
+///
+/// # Errors
+/// See [`fit`].
+pub fn fit_alone(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+) -> Result<Fit, InputError> {
+    let none = DMatrix::zeros(0, 0);
+    let problem = Problem::new(model, records, weights, start, &none)?.settled();
+    Ok(problem.into_fit(DMatrix::zeros(0, 0)))
 }
 
 impl Fit {
@@ -83,6 +80,7 @@ impl Fit {
             weights,
             at: DVector::from_vec(self.at),
             left_over: self.left_over,
+            friction_nm: Vec::new(),
             known: &DMatrix::zeros(0, 0),
         };
         Self {
@@ -104,20 +102,10 @@ pub fn fit_at(
     weights: &[f64],
     at: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    let problem = Problem {
-        model,
-        records,
-        weights,
-        left_over: model.left_over(records, &at)?,
-        at: DVector::from_vec(at),
-        known: &DMatrix::zeros(0, 0),
-    };
-    Ok(Fit {
-        cost: problem.stacked().norm_squared(),
-        jacobian: problem.whole(),
-        at: problem.at.as_slice().to_vec(),
-        left_over: problem.left_over,
-    })
+    let none = DMatrix::zeros(0, 0);
+    let problem = Problem::new(model, records, weights, at, &none)?;
+    let jacobian = problem.whole();
+    Ok(problem.into_fit(jacobian))
 }
 
 struct Problem<'a> {
@@ -126,10 +114,59 @@ struct Problem<'a> {
     weights: &'a [f64],
     at: DVector<f64>,
     left_over: Vec<f64>,
+    /// Friction along the motion there, N m; empty where it was not kept.
+    friction_nm: Vec<f64>,
     known: &'a DMatrix<f64>,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    fn new(
+        model: &'a Model,
+        records: &'a [Record],
+        weights: &'a [f64],
+        at: Vec<f64>,
+        known: &'a DMatrix<f64>,
+    ) -> Result<Self, InputError> {
+        let mut problem = Self {
+            model,
+            records,
+            weights,
+            at: DVector::from_vec(at),
+            left_over: Vec::new(),
+            friction_nm: Vec::new(),
+            known,
+        };
+        problem.evaluate()?;
+        Ok(problem)
+    }
+
+    fn evaluate(&mut self) -> Result<(), InputError> {
+        self.friction_nm.clear();
+        let mut rubbing = Rubbing::Kept(&mut self.friction_nm);
+        self.left_over =
+            self.model
+                .left_over_rubbing(self.records, self.at.as_slice(), &mut rubbing)?;
+        Ok(())
+    }
+
+    fn settled(self) -> Self {
+        let optimiser = LevenbergMarquardt::new()
+            .with_ftol(STANDS_STILL)
+            .with_xtol(STANDS_STILL)
+            .with_gtol(0.0)
+            .with_patience(PATIENCE);
+        optimiser.minimize(self).0
+    }
+
+    fn into_fit(self, jacobian: DMatrix<f64>) -> Fit {
+        Fit {
+            cost: self.stacked().norm_squared(),
+            at: self.at.as_slice().to_vec(),
+            jacobian,
+            left_over: self.left_over,
+        }
+    }
+
     /// Weighted rest of the nodes, then the priors.
     fn stacked(&self) -> DVector<f64> {
         let free = &self.model.free;
@@ -183,7 +220,20 @@ impl Problem<'_> {
             step = -step;
         }
         at[i] += step;
-        match self.model.left_over(self.records, &at) {
+        if free.value(at[i]) == free.value(self.at[i]) {
+            // Held where it is.
+            return vec![0.0; self.left_over.len()];
+        }
+        let kept = !self.friction_nm.is_empty();
+        let mut rubbing = if kept && self.model.leaves_friction(i) {
+            Rubbing::Known(&self.friction_nm)
+        } else {
+            Rubbing::Anew
+        };
+        match self
+            .model
+            .left_over_rubbing(self.records, &at, &mut rubbing)
+        {
             Ok(moved) => moved
                 .iter()
                 .zip(&self.left_over)
@@ -205,10 +255,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         for (x, free) in self.at.iter_mut().zip(&self.model.free) {
             *x = free.coordinate(free.value(*x));
         }
-        self.left_over = self
-            .model
-            .left_over(self.records, self.at.as_slice())
-            .unwrap_or_default();
+        if self.evaluate().is_err() {
+            self.left_over.clear();
+        }
     }
 
     fn params(&self) -> DVector<f64> {

@@ -23,6 +23,8 @@ pub struct Running {
     pub coupling: Option<Coupling>,
     /// The drive, where the effort is a reference.
     pub drive: DriveConfig,
+    /// Constant torque beside the effort, N m.
+    pub offset_nm: f64,
     /// Effects between the drive and the axis.
     pub effects: Vec<Box<dyn Effect>>,
     /// Makes the effects of the sensor anew, where there are any.
@@ -39,8 +41,24 @@ pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
 
+/// Where friction along a motion comes from.
+pub enum Rubbing<'a> {
+    /// From the contact.
+    Anew,
+    /// From the contact, and each sample's is appended here, N m.
+    Kept(&'a mut Vec<f64>),
+    /// As it was kept: for an axis that differs in nothing that friction depends on.
+    Known(&'a [f64]),
+}
+
 /// Appends what torque is left over at each node of a stretch, N m.
-pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: &mut Vec<f64>) {
+pub fn left_over(
+    record: &Record,
+    stretch: &Stretch,
+    mut running: Running,
+    mut rubbing: Rubbing<'_>,
+    out: &mut Vec<f64>,
+) {
     let step_s = record.step_s;
     let intervals = stretch.effort_nm.len() - 1;
     let corrected = running
@@ -112,7 +130,7 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
         for effect in &mut running.effects {
             now.torque_nm = effect.actuator(&now);
         }
-        let mut torque = now.torque_nm;
+        let mut torque = now.torque_nm + running.offset_nm;
         for effect in &mut running.effects {
             torque += effect.mechanics(&now);
             let share = effect.inertia(&now);
@@ -120,17 +138,21 @@ pub fn left_over(record: &Record, stretch: &Stretch, mut running: Running, out: 
                 torque -= (share - 1.0) * inertia * acceleration;
             }
         }
-        let opposed = match &mut load {
-            None => rub(
+        let opposed = match (&mut load, &rubbing) {
+            (_, Rubbing::Known(known_nm)) => known_nm[k],
+            (None, _) => rub(
                 contact.as_mut(),
                 &mut running.effects,
                 &now,
                 torque - inertia * acceleration,
             ),
-            Some(load) => load.advance(smooth[k], &now, |now, applied_nm| {
+            (Some(load), _) => load.advance(smooth[k], &now, |now, applied_nm| {
                 rub(contact.as_mut(), &mut running.effects, now, applied_nm)
             }),
         };
+        if let Rubbing::Kept(kept_nm) = &mut rubbing {
+            kept_nm.push(opposed);
+        }
         balance.push(torque - opposed);
     }
     let per = motor_kg_m2 / (step_s * step_s);

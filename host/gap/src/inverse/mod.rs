@@ -12,10 +12,10 @@ mod sensor;
 mod twin;
 
 pub use base::scale;
-pub use fit::{Fit, fit, fit_at, fit_near};
-pub use follow::{Later, Running, left_over};
+pub use fit::{Fit, STANDS_STILL, fit, fit_alone, fit_at, fit_near};
+pub use follow::{Later, Rubbing, Running, left_over};
 pub use kernel::Kernel;
-pub use model::{Added, Free, Model, Own, Owner, Point, has_bristles};
+pub use model::{Added, Free, Model, OFFSET, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};
 pub use sensor::Shown;
 pub use twin::twin;

@@ -3,7 +3,7 @@
 //! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
 //! dead zone or a limit explains everything by removing all torque.
 
-use super::follow::{MakeSensors, Running, left_over};
+use super::follow::{MakeSensors, Rubbing, Running, left_over};
 use super::record::Record;
 use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
@@ -11,6 +11,9 @@ use crate::error::InputError;
 use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use bristle_plant::effect::{Coupling, Entry};
+
+/// Effect that stands for a constant torque on the axis.
+pub const OFFSET: &str = "mechanics.offset";
 
 /// A parameter of the simulator itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,18 +235,38 @@ impl Model {
     /// # Errors
     /// The friction model refuses the parameters.
     pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
+        self.left_over_rubbing(records, at, &mut Rubbing::Anew)
+    }
+
+    /// The same, with the friction along the motion kept, or known from a point that differs in parameters which
+    /// [it does not depend on](Self::leaves_friction) alone.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn left_over_rubbing(
+        &self,
+        records: &[Record],
+        at: &[f64],
+        rubbing: &mut Rubbing<'_>,
+    ) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
         let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
         let mut more = Vec::new();
+        let mut passed = 0;
         for (place, record) in records.iter().enumerate() {
             let first = out.len();
             for stretch in &record.stretches {
-                left_over(
-                    record,
-                    stretch,
-                    point.running(record, place, 1.0)?,
-                    &mut out,
-                );
+                let intervals = stretch.effort_nm.len() - 1;
+                let here = match rubbing {
+                    Rubbing::Anew => Rubbing::Anew,
+                    Rubbing::Kept(kept_nm) => Rubbing::Kept(kept_nm),
+                    Rubbing::Known(known_nm) => {
+                        Rubbing::Known(&known_nm[passed..passed + intervals])
+                    }
+                };
+                passed += intervals;
+                let running = point.running(record, place, 1.0)?;
+                left_over(record, stretch, running, here, &mut out);
             }
             if !self.scales_effort {
                 continue;
@@ -251,7 +274,7 @@ impl Model {
             more.clear();
             for stretch in &record.stretches {
                 let running = point.running(record, place, 1.0 + GAIN_STEP)?;
-                left_over(record, stretch, running, &mut more);
+                left_over(record, stretch, running, Rubbing::Anew, &mut more);
             }
             let gain = gain(record, &out[first..], &more).max(LEAST_GAIN);
             for rest in &mut out[first..] {
@@ -259,6 +282,20 @@ impl Model {
             }
         }
         Ok(out)
+    }
+
+    /// Whether friction along a measured motion is the same whatever this parameter is. Only where bristles alone, driven
+    /// by the motion, make it: torque decides where friction is set-valued, behind a spring, and for some effects.
+    pub fn leaves_friction(&self, parameter: usize) -> bool {
+        let plain = has_bristles(self.believed.model)
+            && self.believed.load.is_none()
+            && !self.scales_effort
+            && self.effects.iter().all(|added| added.entry.id == OFFSET);
+        let apart = matches!(
+            self.free[parameter].owner,
+            Owner::Own(Own::Inertia | Own::DriveLag | Own::Skew) | Owner::Effect(..)
+        );
+        plain && apart
     }
 
     /// Whether the effects change how much of the effort arrives at a point.
@@ -270,14 +307,10 @@ impl Model {
         for (place, record) in records.iter().enumerate() {
             let (mut one, mut more) = (Vec::new(), Vec::new());
             for stretch in &record.stretches {
-                left_over(
-                    record,
-                    stretch,
-                    point.running(record, place, 1.0)?,
-                    &mut one,
-                );
+                let running = point.running(record, place, 1.0)?;
+                left_over(record, stretch, running, Rubbing::Anew, &mut one);
                 let running = point.running(record, place, 1.0 + GAIN_STEP)?;
-                left_over(record, stretch, running, &mut more);
+                left_over(record, stretch, running, Rubbing::Anew, &mut more);
             }
             if (gain(record, &one, &more) - 1.0).abs() > 0.01 {
                 return Ok(true);
@@ -346,14 +379,19 @@ impl Point {
             }),
             contact: believed.contact(believed.model)?,
             stiffness_nm_rad: has_bristles(believed.model).then_some(believed.stiffness_nm_rad),
-            drive: if record.commanded {
-                believed.drive
-            } else {
-                DriveConfig::default()
+            drive: DriveConfig {
+                delay_samples: 0,
+                ..record.drive(believed.drive)
             },
+            // A number rather than an effect that is asked at every sample: nearly every axis has one.
+            offset_nm: all
+                .iter()
+                .filter(|added| added.entry.id == OFFSET)
+                .map(|added| added.values[0])
+                .sum(),
             effects: all
                 .iter()
-                .filter(|added| !of_sensor(added))
+                .filter(|added| !of_sensor(added) && added.entry.id != OFFSET)
                 .map(build)
                 .collect(),
             sensors: (!sensors.is_empty()).then(|| {
@@ -365,7 +403,7 @@ impl Point {
                 });
                 make
             }),
-            skew_samples: self.skew_s / record.step_s,
+            skew_samples: self.skew_s / record.step_s + record.delay_samples(believed.drive),
             times,
         })
     }

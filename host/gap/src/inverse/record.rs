@@ -8,6 +8,7 @@ use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
 use crate::signal::{interpolate, means};
+use bristle_plant::drive::DriveConfig;
 use std::ops::Range;
 
 /// Faster logs are averaged down to this: nothing that this method tells apart happens within half a millisecond.
@@ -141,6 +142,27 @@ impl Record {
             rad_per_count: believed.rad_per_count(),
             sensor: shown(&position, original_s),
         })
+    }
+
+    /// The drive between this effort and the axis: none where the effort was measured. Its delay is in whole samples of
+    /// this record.
+    pub fn drive(&self, drive: DriveConfig) -> DriveConfig {
+        if !self.commanded {
+            return DriveConfig::default();
+        }
+        DriveConfig {
+            delay_samples: self.delay_samples(drive).round() as usize,
+            ..drive
+        }
+    }
+
+    /// Delay of the drive in samples of this record, which may be longer than those of the log.
+    pub fn delay_samples(&self, drive: DriveConfig) -> f64 {
+        if self.commanded {
+            drive.delay_samples as f64 / self.averaged as f64
+        } else {
+            0.0
+        }
     }
 
     /// Nodes of all stretches.

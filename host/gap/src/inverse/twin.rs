@@ -1,6 +1,6 @@
 //! A record that a known axis would have left: the axis is simulated with the same efforts and led along the measured
 //! motion by what moves it back to it, and that is recorded as effort too. What the method makes of it is the method's own
-//! doing: coarse positions, smoothing and noise.
+//! doing: coarse positions and smoothing, and noise where it is asked for.
 
 use super::record::Record;
 use crate::axis_file::AxisFile;
@@ -18,16 +18,22 @@ use std::path::PathBuf;
 /// Bandwidth of what leads a twin along the measured motion, rad/s.
 const LEADS: f64 = 125.0;
 
-/// The record of such an axis along the longest stretch of a record.
+/// The record of such an axis along the longest stretch of a record, its effort measured with so much noise a sample, N m
+/// rms.
 ///
 /// # Errors
 /// The friction model refuses the parameters, or the axis does not stay with the motion.
-pub fn twin(axis: &Believed, record: &Record, seed: u64) -> Result<Record, InputError> {
-    let log = log_of(axis, record, seed)?;
+pub fn twin(
+    axis: &Believed,
+    record: &Record,
+    noise_nm: f64,
+    seed: u64,
+) -> Result<Record, InputError> {
+    let log = log_of(axis, record, noise_nm, seed)?;
     Record::new(&log, &AxisFile::new(axis.unit, 1.0), axis, &[])
 }
 
-fn log_of(axis: &Believed, record: &Record, seed: u64) -> Result<Log, InputError> {
+fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
     let mut axis = axis.clone();
     if !record.commanded {
         axis.drive = DriveConfig::default();
@@ -45,14 +51,19 @@ fn log_of(axis: &Believed, record: &Record, seed: u64) -> Result<Log, InputError
     let coarse: Vec<f64> = (0..stretch.effort_nm.len())
         .map(|k| k as f64 * record.step_s)
         .collect();
-    let position = interpolate(&coarse, &stretch.smooth_rad, &time_s);
+    // A count is read from its lower edge on: what rests is on average in its middle.
+    let middle: Vec<f64> = stretch
+        .smooth_rad
+        .iter()
+        .map(|q| q + 0.5 * record.rad_per_count)
+        .collect();
+    let position = interpolate(&coarse, &middle, &time_s);
     let velocity = interpolate(&coarse, &stretch.velocity_rad_s, &time_s);
     let inertia = axis.whole_inertia_kg_m2();
     let mut simulated = axis
         .axis(axis.model, step_s, Noise::default(), seed)?
         .starting_at(position[0], velocity[0]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
     let (mut efforts, mut positions) = (Vec::new(), Vec::new());
     for k in 0..samples {
         let motion = simulated.truth().motion;

@@ -6,6 +6,7 @@ use crate::axis_file::write::{number, quoted};
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::output::write_atomically;
+use crate::report::short;
 use std::path::Path;
 
 impl Plan {
@@ -26,6 +27,24 @@ impl Plan {
             text += &to_toml(step, axis);
         }
         text
+    }
+}
+
+impl Step {
+    /// The numbers of its signal in words, under the names that a plan file has for them.
+    pub fn size(&self, axis: &Believed) -> String {
+        let words: Vec<String> = fields(&mut self.experiment.clone())
+            .iter()
+            .map(|field| {
+                let value = match &field.place {
+                    Place::Value(value) => **value,
+                    Place::Ticks(ticks) => f64::from(**ticks) / axis.rate_hz,
+                    Place::Whole(whole) => f64::from(**whole),
+                };
+                format!("{} {}", field.name(axis.unit), short(value))
+            })
+            .collect();
+        words.join(", ")
     }
 }
 

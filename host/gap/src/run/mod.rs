@@ -137,6 +137,20 @@ pub struct Run<'a> {
 /// Samples between two words of progress.
 const TELL: u64 = 1000;
 
+/// After a way back the axis rests for so long, s.
+const SETTLES_S: f64 = 0.5;
+
+/// Seconds of the way back to where the plan began, if an axis that has come `offset_rad` from there must go it before an
+/// experiment: without it there would not be room.
+pub fn way_back_s(axis: &Believed, step: &Step, offset_rad: f64) -> Option<f64> {
+    let limit_rad = travel_limit_rad(axis);
+    let needs = step.experiment.needs(1.0 / axis.rate_hz).travel_rad;
+    // Half of the travel for what a torque makes of the axis.
+    let far = offset_rad.abs() > (limit_rad - needs).min(0.5 * limit_rad);
+    // A twentieth of the axis's speed at the fastest, which is twice the mean.
+    far.then(|| (2.0 * offset_rad.abs() / (0.05 * axis.speed_limit_rad_s)).max(1.0) + SETTLES_S)
+}
+
 impl Run<'_> {
     /// Plays a plan. `place` names the log of an experiment. Ends at a fault, or where `watch` says so; what was recorded
     /// is kept.
@@ -189,15 +203,11 @@ impl Run<'_> {
         let offset_rad =
             |bench: &dyn Bench| (bench.counts() - origin) as f64 * axis.rad_per_count();
         let offset = offset_rad(bench);
-        let needs = step.experiment.needs(1.0 / axis.rate_hz).travel_rad;
-        // Half of the travel for what a torque makes of the axis.
-        if offset.abs() <= (limit_rad - needs).min(0.5 * limit_rad) || !watch.go_on() {
+        let Some(way_s) = way_back_s(axis, step, offset).filter(|_| watch.go_on()) else {
             return Ok(offset);
-        }
-        // A twentieth of the axis's speed at the fastest, which is twice the mean.
-        let seconds = (2.0 * offset.abs() / (0.05 * axis.speed_limit_rad_s)).max(1.0);
+        };
         let ticks = |seconds: f64| (seconds * axis.rate_hz).round() as u32;
-        let (moves, settles) = (ticks(seconds), ticks(0.5));
+        let (moves, settles) = (ticks(way_s - SETTLES_S), ticks(SETTLES_S));
         let back = Experiment::Moves {
             length_rad: -offset as f32,
             move_ticks: moves,

@@ -2,7 +2,8 @@
 //!
 //! An effect's size is set by what it does to the records: the root mean square of what the axis without it leaves over
 //! along them, beyond what it leaves over along records of the axis without it (the floor), as a share of that floor.
-//! Samples at rest do not count. The axis's own parameters are the true ones there: none is refitted.
+//! Samples at rest do not count, nor does what other values of the axis's own parameters would take away, to first order
+//! about the true ones: a gain that looks like more friction and more inertia is no gap.
 
 mod dice;
 mod experiments;
@@ -15,11 +16,12 @@ pub use plant::Plant;
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{Model, Record, scale};
+use crate::inverse::{Fit, Model, Record, fit_at, scale};
 use crate::log::Log;
 use bristle_plant::effect::{ALL, Entry};
 use dice::Dice;
 use experiments::Task;
+use nalgebra::DVector;
 use plant::Needs;
 use std::path::PathBuf;
 use wanted_effect::Draft;
@@ -58,6 +60,8 @@ pub struct Trial {
 
 /// Axes and sets of experiments that are tried before an effect counts as one that cannot be shown.
 const DRAWS: u64 = 24;
+/// Standard deviation of an own parameter, as a share of it; of what is taken away to first order, it changes nothing.
+const OWN: f64 = 0.1;
 /// Sizes that are tried on an axis.
 const SIZES: usize = 9;
 /// The share is met to within this part of itself.
@@ -173,13 +177,6 @@ impl Attempt<'_> {
             .iter()
             .map(|log| Record::new(log, &self.plant.axis, &believed, &[]))
             .collect::<Result<Vec<_>, InputError>>()?;
-        let model = Model {
-            believed: believed.clone(),
-            effects: Vec::new(),
-            free: Vec::new(),
-            scales_effort: false,
-        };
-        let all = model.left_over(&records, &[])?;
         let moves = records.iter().flat_map(|record| {
             let rest = record.rest_velocity_rad_s();
             record.stretches.iter().flat_map(move |stretch| {
@@ -187,11 +184,10 @@ impl Attempt<'_> {
                     .map(move |node| stretch.velocity_rad_s[record.middle(node)].abs() > rest)
             })
         });
-        let left_over_nm: Vec<f64> = all
-            .iter()
-            .zip(moves)
-            .filter_map(|(x, moves)| moves.then_some(*x))
-            .collect();
+        let weights: Vec<f64> = moves.map(|moves| f64::from(u8::from(moves))).collect();
+        let model = Model::base(&believed, &records, OWN)?;
+        let fit = fit_at(&model, &records, &weights, model.start())?;
+        let left_over_nm = beyond_own(&fit, &weights);
         let finite = !left_over_nm.is_empty() && left_over_nm.iter().all(|x| x.is_finite());
         Ok(finite.then_some((
             logs,
@@ -251,6 +247,18 @@ impl Attempt<'_> {
 
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// The rest where weights are not zero, less what other values of the model's parameters would take away.
+fn beyond_own(fit: &Fit, weights: &[f64]) -> Vec<f64> {
+    let rest = DVector::from_iterator(
+        weights.len(),
+        fit.left_over.iter().zip(weights).map(|(x, w)| x * w),
+    );
+    let q = fit.jacobian.clone().qr().q();
+    let beyond = &rest - &q * q.tr_mul(&rest);
+    let kept = beyond.iter().zip(weights).filter(|(_, w)| **w > 0.0);
+    kept.map(|(x, _)| *x).collect()
 }
 
 /// What has to be added to a floor, in squares, to make a whole.

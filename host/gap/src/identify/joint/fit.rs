@@ -10,6 +10,7 @@ use crate::inverse::{self, Fit, Model, Own, Owner, Point, Record, has_bristles, 
 use crate::signal::rms;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Scale};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -226,6 +227,27 @@ impl Joint {
             self.fit.at.clone(),
         )?;
         Ok(())
+    }
+
+    /// What a fit to the data of an axis would rest on if it came out at the axis's true parameters. The data take the
+    /// weights that it asks for.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn expected(data: &mut Data, truth: &Believed) -> Result<Self, InputError> {
+        let model = suited(Model::base(truth, &data.records, DOUBT)?, data);
+        let at = model.start();
+        let fit = Fit {
+            left_over: model.left_over(&data.records, &at)?,
+            at: at.clone(),
+            cost: 0.0,
+            jacobian: DMatrix::zeros(0, 0),
+        };
+        let kind = truth.model;
+        let mut joint = Self { kind, model, fit };
+        data.weigh(&joint);
+        joint.fit = inverse::fit_at(&joint.model, &data.records, &data.weights, at)?;
+        Ok(joint)
     }
 
     /// Adds an effect from where it explains most.

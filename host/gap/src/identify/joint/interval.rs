@@ -331,7 +331,7 @@ fn profile(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, side: 
         model.free[i].range = [held, held];
         model.free[i].center = coordinate;
         at[i] = coordinate;
-        match inverse::fit(&model, &data.records, &data.weights, at.clone()) {
+        match inverse::fit_alone(&model, &data.records, &data.weights, at.clone()) {
             Ok(fit) => {
                 at.clone_from(&fit.at);
                 squares(&fit.left_over, &data.weights) - base

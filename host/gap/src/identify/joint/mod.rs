@@ -17,7 +17,7 @@ pub use file::{Provenance, axis_file, to_toml};
 pub use fit::{Data, Joint, Weighting, entries};
 pub use interval::{Covariance, Estimate, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
-pub use start::{OFFSET, prepare, records};
+pub use start::{prepare, records};
 pub use twin::Bias;
 
 use crate::axis_file::{AxisFile, FrictionModel};

@@ -8,7 +8,6 @@ use crate::error::InputError;
 use crate::inverse::Record;
 use crate::signal::rms;
 use bristle_plant::axis::Axis;
-use bristle_plant::drive::DriveConfig;
 
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 0.5;
@@ -27,9 +26,7 @@ fn axis(
     let mut believed = believed.clone();
     // Fine, so that the reading is the position.
     believed.counts_per_turn = 1e9_f64.min(f64::from(i32::MAX));
-    if !record.commanded {
-        believed.drive = DriveConfig::default();
-    }
+    believed.drive = record.drive(believed.drive);
     Ok(believed
         .axis(believed.model, record.step_s, Noise::default(), 0)?
         .starting_at(at_rad, velocity))

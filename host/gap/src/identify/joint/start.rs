@@ -5,14 +5,12 @@ use super::Usable;
 use crate::axis_file::{AxisFile, EffectEntry, FrictionModel};
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{Record, Stretch};
+use crate::inverse::{OFFSET, Record, Stretch};
 use crate::signal::rms;
 use bristle_plant::Unit;
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;
 
-/// Effect that stands for a constant torque on the axis.
-pub const OFFSET: &str = "mechanics.offset";
 /// Fewest sliding nodes that a regression over four columns is trusted with.
 const ENOUGH_NODES: usize = 40;
 /// A column that another explains to this part says nothing of its own.

@@ -132,7 +132,7 @@ fn answer(
         .collect::<Result<Vec<_>, InputError>>()?;
     let nodes = nodes(&records, data.z_ss_rad);
     let weights = data.noise.weights(&nodes);
-    Ok(inverse::fit(&joint.model, &records, &weights, at.to_vec())?.at)
+    Ok(inverse::fit_alone(&joint.model, &records, &weights, at.to_vec())?.at)
 }
 
 /// The record that an axis with the fitted parameters would have left, led along the measured motion.
