@@ -10,9 +10,9 @@ use crate::real::Real;
 pub struct Cascade<T> {
     position_gain_1_s: T,
     velocity_gain_nm_s_rad: T,
-    integral_gain_nm_rad: T,
+    /// Of an error of 1 rad/s, in a tick.
+    integral_gain_nm_s_rad: T,
     torque_limit_nm: T,
-    sample_time_s: T,
 }
 
 /// Integral of the speed error.
@@ -37,9 +37,10 @@ impl<T: Real> Cascade<T> {
         Ok(Self {
             position_gain_1_s: not_negative("position_gain_1_s", position_gain_1_s)?,
             velocity_gain_nm_s_rad: not_negative("velocity_gain_nm_s_rad", velocity_gain_nm_s_rad)?,
-            integral_gain_nm_rad: velocity_gain_nm_s_rad * velocity_integral_1_s,
+            integral_gain_nm_s_rad: velocity_gain_nm_s_rad
+                * velocity_integral_1_s
+                * positive("sample_time_s", sample_time_s)?,
             torque_limit_nm: positive("torque_limit_nm", torque_limit_nm)?,
-            sample_time_s: positive("sample_time_s", sample_time_s)?,
         })
     }
 
@@ -89,7 +90,7 @@ impl<T: Real> Cascade<T> {
         };
         let error = wanted - velocity_rad_s;
         let proportional = self.velocity_gain_nm_s_rad * error;
-        let integral = state.integral_nm + self.integral_gain_nm_rad * self.sample_time_s * error;
+        let integral = state.integral_nm + self.integral_gain_nm_s_rad * error;
         // The integral may hold no more than what is left of the limit: it does not wind up.
         let room = (self.torque_limit_nm - proportional.abs()).most(T::ZERO);
         if integral.is_finite() {

@@ -4,7 +4,7 @@
 use core::hint::cold_path;
 
 use crate::experiment::bounds::Begin;
-use crate::experiment::{Bounds, End, Experiment, Guard, Player};
+use crate::experiment::{Bounds, End, Experiment, Guard, Player, Reference};
 use crate::parameters::Config;
 use crate::real::Real;
 use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
@@ -18,8 +18,9 @@ use crate::trace::{
 pub enum Order {
     /// Of the supervisor.
     Request(Request),
-    /// Plays a signal within its bounds, if armed. Both were made outside the tick, which has no time for divisions.
-    Play(Player<f32>, Guard),
+    /// Plays a signal within its bounds, if armed: its first reference, what plays the others, and the bounds. All were
+    /// made outside the tick, which has no time for divisions.
+    Play(Reference<f32>, Player<f32>, Guard),
 }
 
 impl Order {
@@ -30,10 +31,9 @@ impl Order {
         tick_s: f32,
         rad_per_count: f32,
     ) -> Self {
-        Self::Play(
-            Player::new(experiment, tick_s),
-            Guard::new(bounds, rad_per_count),
-        )
+        let mut player = Player::new(experiment, tick_s);
+        let first = player.next_tick();
+        Self::Play(first, player, Guard::new(bounds, rad_per_count))
     }
 }
 
@@ -64,9 +64,11 @@ pub struct Output {
 pub struct Controller {
     state: tick::State<f32>,
     player: Player<f32>,
+    /// What the player asks of the tick to come.
+    reference: Reference<f32>,
     guard: Guard,
     begin: Begin,
-    /// Largest speed and torque that neither the guard nor the supervisor has to look at.
+    /// Largest speed that neither the guard nor the supervisor has to look at, and torque that the guard does not.
     usual_speed_rad_s: f32,
     usual_torque_nm: f32,
     /// As in the sample's flags: whether an experiment plays, and [`End`] of the last one.
@@ -82,6 +84,7 @@ impl Controller {
         Self {
             state: config.tick.start(raw),
             player: Player::silent(),
+            reference: Reference::Torque(0.0),
             guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
             begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
@@ -114,7 +117,8 @@ impl Controller {
         let (mut speed_rad_s, mut torque_nm) = (limits.speed_rad_s, limits.torque_nm);
         if self.is_playing() {
             speed_rad_s = speed_rad_s.least(self.guard.speed_rad_s);
-            torque_nm = torque_nm.least(self.guard.torque_nm);
+            // Beyond the controller's own limit it is limited, which is usual.
+            torque_nm = self.guard.torque_nm;
         }
         self.usual_speed_rad_s = speed_rad_s;
         self.usual_torque_nm = torque_nm;
@@ -138,6 +142,14 @@ impl Controller {
     /// One tick.
     #[inline(always)]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
+        let output = self.react(config, input);
+        self.look_ahead(config);
+        output
+    }
+
+    /// What of a tick depends on what the hardware says at it.
+    #[inline(always)]
+    pub fn react(&mut self, config: &Config, input: &Input) -> Output {
         let mut alarms = input.alarms;
         if let Some(index) = input.index {
             if !self.supervisor.index_seen() {
@@ -149,28 +161,17 @@ impl Controller {
                 alarms = alarms.and(Alarms::INDEX);
             }
         }
-        if alarms != Alarms::default() {
+        if self.supervisor.is_against(&config.limits, alarms) {
             cold_path();
-            // A fault if something plays, whatever else.
-            self.player.silence();
+            // A fault if something plays: its torque would not be put out, and the tick has more to do than others.
+            self.reference = Reference::Torque(0.0);
         }
-        if self.supervisor.is_due() {
-            cold_path();
-            if self.is_playing() && self.guard.over(&self.begin) == self.supervisor.tick() {
-                self.end(End::Finished);
-                self.supervisor.stop();
-            } else {
-                let silence = self.supervisor.time_out(&config.limits);
-                if silence != Alarms::default() {
-                    // A fault, whatever else.
-                    self.player.silence();
-                    alarms = alarms.and(silence);
-                }
-            }
-        }
-        let sample = config
-            .tick
-            .decide(&mut self.state, input.raw, &mut self.player);
+        let sample = config.tick.decide(
+            &mut self.state,
+            input.raw,
+            self.reference,
+            self.usual_speed_rad_s,
+        );
         let seen = Observation {
             wanted_nm: sample.torque_ref_nm,
             velocity_rad_s: sample.luenberger.velocity_rad_s,
@@ -189,7 +190,7 @@ impl Controller {
             None
         };
         let (verdict, status) = if let Some(verdict) = usual {
-            (verdict, self.usual_status)
+            (verdict, self.usual_status.limited(verdict.limit))
         } else {
             cold_path();
             self.unusual(config, input.raw, &seen)
@@ -208,6 +209,27 @@ impl Controller {
             torque_nm: verdict.torque_nm,
             drive_enabled: verdict.drive_enabled,
             record,
+        }
+    }
+
+    /// What remains of a tick: finds the reference of the next one, and whether its number makes it an unusual one.
+    #[inline(always)]
+    pub fn look_ahead(&mut self, config: &Config) {
+        self.reference = self.player.next_tick();
+        self.look_at_number(config);
+    }
+
+    #[inline(always)]
+    fn look_at_number(&mut self, config: &Config) {
+        if !self.supervisor.is_due() {
+            return;
+        }
+        cold_path();
+        if self.is_playing() && self.guard.over(&self.begin) == self.supervisor.tick() {
+            self.end(End::Finished);
+            self.supervisor.stop();
+        } else {
+            self.supervisor.time_out(&config.limits);
         }
     }
 }
@@ -252,24 +274,25 @@ impl Controller {
     fn end(&mut self, why: End) {
         self.experiment = (why as u8) << END_SHIFT;
         self.player.silence();
+        self.reference = Reference::Torque(0.0);
     }
 
-    /// Takes an order, before the step of the tick that follows it.
+    /// Takes an order, between two ticks.
     #[inline(always)]
     pub fn obey(&mut self, config: &Config, order: &Order) {
         match order {
             Order::Request(request) => {
                 self.supervisor.ask(&config.limits, *request);
                 match request {
-                    // Before the step: its torque would not be put out, and costs a tick time that has more to do.
                     Request::Stop | Request::Disarm if self.is_playing() => self.end(End::Stopped),
                     // Torque may flow from here on.
                     Request::Start => self.prepare(config),
                     _ => {}
                 }
             }
-            Order::Play(player, guard) => {
+            Order::Play(first, player, guard) => {
                 if self.supervisor.may_start() {
+                    self.reference = *first;
                     self.player = *player;
                     self.guard = *guard;
                     let raw = self.state.encoder.reading();
@@ -289,6 +312,7 @@ impl Controller {
     pub fn take_over(&mut self, config: &Config) {
         config.tick.take_over(&mut self.state);
         self.supervisor.renew(&config.limits);
+        self.look_at_number(config);
         self.prepare(config);
     }
 }

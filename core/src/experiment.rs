@@ -176,23 +176,6 @@ impl<T: Real> Player<T> {
         self.experiment = None;
     }
 
-    /// As [`Self::next_tick`], for the one signal that needs no choice between signals; `None` for the others.
-    #[inline]
-    pub(crate) fn next_if_sine(&mut self) -> Option<T> {
-        match self.experiment {
-            Some(Experiment::Sine {
-                amplitude_nm,
-                period_ticks,
-            }) => Some(self.sine_torque(amplitude_nm, period_ticks)),
-            _ => None,
-        }
-    }
-
-    #[inline(always)]
-    fn sine_torque(&mut self, amplitude_nm: T, period_ticks: u32) -> T {
-        amplitude_nm * self.sine(period_ticks).0
-    }
-
     /// The reference for this tick; the next call is for the next tick.
     #[inline(always)]
     pub fn next_tick(&mut self) -> Reference<T> {
@@ -203,7 +186,7 @@ impl<T: Real> Player<T> {
             Experiment::Sine {
                 amplitude_nm,
                 period_ticks,
-            } => Reference::Torque(self.sine_torque(amplitude_nm, period_ticks)),
+            } => Reference::Torque(amplitude_nm * self.sine(period_ticks).0),
             Experiment::PulseThenOscillation {
                 pulse_nm,
                 pulse_ticks,

@@ -29,7 +29,7 @@ pub struct Report {
     pub requests_refused: u32,
     /// Core cycles from timer to handler: of the last tick, and the most so far.
     pub latency_cycles: [u32; 2],
-    /// Core cycles of the handler: of the last tick, and the most so far.
+    /// Core cycles from the handler's entry to the end of what follows it: of the last tick, and the most so far.
     pub run_cycles: [u32; 2],
 }
 

@@ -48,7 +48,7 @@ impl Alarms {
     pub const INDEX: Self = Self(8);
     /// The step was too large to be motion.
     pub const REJECTED: Self = Self(16);
-    /// The supervisor's own: not armed, something stops or limits the torque, or the tick's number is one to look at.
+    /// The supervisor's own: not armed, something stops the torque or has limited it for too long, or the tick's number is one to look at.
     const HELD: Self = Self(32);
 
     /// These if `on`, otherwise none.
@@ -207,11 +207,14 @@ impl Supervisor {
         self.tick == self.due_tick
     }
 
-    /// In a tick that is due: [`Alarms::HELD`] if the host has been silent for too long, otherwise finds the next one.
+    /// For a tick that is due: makes it an unusual one if the host has been silent for too long, otherwise finds the next
+    /// one.
     #[inline(always)]
-    pub(crate) fn time_out(&mut self, limits: &Limits) -> Alarms {
+    pub(crate) fn time_out(&mut self, limits: &Limits) {
         self.renew(limits);
-        Alarms::HELD.when(self.is_due())
+        if self.is_due() {
+            self.held = Alarms::HELD;
+        }
     }
 
     /// Where it stands.
@@ -266,7 +269,7 @@ impl Supervisor {
             (Request::Stop, State::Armed) => self.halt(),
             (Request::Start, State::Armed) => {
                 self.stopping = false;
-                self.held = Alarms::HELD.when(self.ticks_limited != 0);
+                self.held = Alarms::HELD.when(self.ticks_limited >= limits.limit_ticks);
                 self.renew(limits);
             }
             (Request::ClearFault, State::Fault) => {
@@ -286,6 +289,28 @@ impl Supervisor {
         self.held = Alarms::HELD;
     }
 
+    #[inline(always)]
+    fn is_limited_too_long(&self, limits: &Limits) -> bool {
+        self.ticks_limited >= limits.limit_ticks
+    }
+
+    #[inline(always)]
+    fn is_silent_too_long(&self, limits: &Limits) -> bool {
+        self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks
+    }
+
+    /// Before the step of a tick: whether an experiment that plays ends in it by a fault, as far as that is known.
+    #[inline(always)]
+    pub(crate) fn is_against(&self, limits: &Limits, alarms: Alarms) -> bool {
+        if alarms.and(self.held) == Alarms::default() {
+            return false;
+        }
+        cold_path();
+        alarms != Alarms::default()
+            || self.is_limited_too_long(limits)
+            || self.is_silent_too_long(limits)
+    }
+
     /// Takes the count at an index edge, before the step of its tick; false if counts were lost or made.
     #[inline]
     pub fn index_fits(&mut self, limits: &Limits, index: u32) -> bool {
@@ -296,21 +321,20 @@ impl Supervisor {
     #[inline]
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
         let (speed_rad_s, torque_nm) = (limits.speed_rad_s, limits.torque_nm);
-        let mut seen = *seen;
         if self.is_due() {
-            seen.alarms = seen.alarms.and(self.time_out(limits));
+            self.time_out(limits);
         }
-        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, &seen) {
+        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, seen) {
             return verdict;
         }
         cold_path();
-        self.unusual(limits, &seen)
+        self.unusual(limits, seen)
     }
 
-    /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong, nothing is limited. Else
-    /// `None`, and [`Self::unusual`] is what remains to be done.
+    /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong. Else `None`, and
+    /// [`Self::unusual`] is what remains to be done.
     ///
-    /// The largest speed and torque that are usual are the limits, or less. What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
+    /// The largest speed that is usual is the limit, or less; a torque that is usual may still be limited. What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
     #[inline]
     pub(crate) fn usual(
         &mut self,
@@ -334,26 +358,34 @@ impl Supervisor {
                 }
             }
         }
-        let torque_nm = seen.wanted_nm;
+        let mut torque_nm = seen.wanted_nm;
         // The difference is zero, or NaN where the deflection is not finite.
         #[expect(clippy::eq_op, reason = "NaN where it is not finite")]
         let nothing = seen.z_rad - seen.z_rad;
-        let change_nm = torque_nm - self.torque_nm + nothing;
         // Written so that a NaN fails it.
-        let usual = seen.velocity_rad_s.abs() <= usual_speed_rad_s
-            && torque_nm.abs() <= usual_torque_nm
-            && change_nm.abs() <= limits.slew_nm;
+        let usual = seen.velocity_rad_s.abs() + nothing <= usual_speed_rad_s
+            && torque_nm.abs() <= usual_torque_nm;
         if !usual {
             cold_path();
             return None;
         }
+        let mut limit = Limit::None;
+        let mut ticks_limited = 0;
+        if torque_nm.abs() > limits.torque_nm || (torque_nm - self.torque_nm).abs() > limits.slew_nm
+        {
+            cold_path();
+            (torque_nm, limit) = self.limited(limits, torque_nm);
+            ticks_limited = self.ticks_limited.wrapping_add(1);
+            self.held = Alarms::HELD.when(ticks_limited >= limits.limit_ticks);
+        }
+        self.ticks_limited = ticks_limited;
         self.ticks_stuck = ticks_stuck;
         self.tick = self.tick.wrapping_add(1);
         self.torque_nm = torque_nm;
         Some(Verdict {
             torque_nm,
             drive_enabled: true,
-            limit: Limit::None,
+            limit,
             state: State::Armed,
             fault: Fault::None,
         })
@@ -365,8 +397,9 @@ impl Supervisor {
         let (torque_nm, drive_enabled, limit) = self.decide(limits, seen);
         self.alarms = seen.alarms;
         self.tick = self.tick.wrapping_add(1);
-        // Nothing limits the torque only if armed and not stopping.
-        self.held = Alarms::HELD.when(limit != Limit::None);
+        // Of the limits these two do not hold only if armed and not stopping.
+        let limited = matches!(limit, Limit::None | Limit::Torque | Limit::Slew);
+        self.held = Alarms::HELD.when(!limited || self.ticks_limited >= limits.limit_ticks);
         Verdict {
             torque_nm,
             drive_enabled,
@@ -430,10 +463,10 @@ impl Supervisor {
         if stuck {
             cold_path();
             Fault::StuckEncoder
-        } else if !self.stopping && self.ticks_limited >= limits.limit_ticks {
+        } else if !self.stopping && self.is_limited_too_long(limits) {
             cold_path();
             Fault::LimitTooLong
-        } else if self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks {
+        } else if self.is_silent_too_long(limits) {
             cold_path();
             Fault::CommandTimeout
         } else {
@@ -449,7 +482,7 @@ impl Supervisor {
             return Fault::NotFinite;
         }
         let overspeed = seen.velocity_rad_s.abs() > limits.speed_rad_s;
-        let alarms = seen.alarms.without(Alarms::UNWELL.and(Alarms::HELD));
+        let alarms = seen.alarms.without(Alarms::UNWELL);
         if alarms == Alarms::default() && !overspeed {
             return Fault::None;
         }
@@ -482,6 +515,19 @@ impl Supervisor {
             self.ticks_limited = 0;
             return self.ramp(limits);
         }
+        let (torque_nm, limit) = self.limited(limits, wanted_nm);
+        self.ticks_limited = if limit == Limit::None {
+            0
+        } else {
+            self.ticks_limited.saturating_add(1)
+        };
+        self.torque_nm = torque_nm;
+        (torque_nm, true, limit)
+    }
+
+    /// The torque that may be put out in place of one that is asked for, and what limits it.
+    #[inline(always)]
+    fn limited(&self, limits: &Limits, wanted_nm: f32) -> (f32, Limit) {
         let mut limit = Limit::None;
         let mut torque_nm = wanted_nm;
         if torque_nm.abs() > limits.torque_nm {
@@ -495,13 +541,7 @@ impl Supervisor {
             torque_nm = self.torque_nm + limits.slew_nm.copysign(change);
             limit = Limit::Slew;
         }
-        self.ticks_limited = if limit == Limit::None {
-            0
-        } else {
-            self.ticks_limited.saturating_add(1)
-        };
-        self.torque_nm = torque_nm;
-        (torque_nm, true, limit)
+        (torque_nm, limit)
     }
 
     /// A step towards zero. A fault that has got there takes the drive away.

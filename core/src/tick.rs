@@ -186,28 +186,34 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        let mut sample = self.decide(state, raw, player);
+        let mut sample = self.decide(state, raw, player.next_tick(), T::of(f64::INFINITY));
         sample.torque_ref_nm = self.control.limited(sample.torque_ref_nm);
         state.put_out(sample.torque_ref_nm);
         sample
     }
 
     /// As [`Tick::run`], for a caller that limits the torque of an experiment without a loop, and says itself which one
-    /// it puts out.
+    /// it puts out. Faster than `fastest_rad_s` a loop asks for no torque, as that is the end of its experiment.
     #[inline]
-    pub fn decide(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
-            if let Some(torque_nm) = player.next_if_sine() {
-                return torque_nm;
-            }
-            cold_path();
-            match player.next_tick() {
+    pub fn decide(
+        &self,
+        state: &mut State<T>,
+        raw: u32,
+        reference: Reference<T>,
+        fastest_rad_s: T,
+    ) -> Sample<T> {
+        self.observe_and_control(
+            state,
+            raw,
+            |control, position_rad, velocity_rad_s| match reference {
                 Reference::Torque(torque_nm) => torque_nm,
-                reference => self
-                    .control
-                    .step(control, reference, position_rad, velocity_rad_s),
-            }
-        })
+                reference if velocity_rad_s.abs() <= fastest_rad_s => {
+                    self.control
+                        .step(control, reference, position_rad, velocity_rad_s)
+                }
+                _ => T::ZERO,
+            },
+        )
     }
 
     /// One tick towards a reference that comes from elsewhere.

@@ -61,6 +61,12 @@ impl Status {
         Self(self.0 | u32::from(flags) << 24)
     }
 
+    /// With a limit, where it has none.
+    #[inline]
+    pub fn limited(self, limit: Limit) -> Self {
+        Self(self.0 | (limit as u32) << 8)
+    }
+
     /// State; `None` for a number that no state has.
     pub fn state(self) -> Option<State> {
         State::of(self.0.to_le_bytes()[0])

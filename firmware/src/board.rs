@@ -28,6 +28,8 @@ const ENABLE_PIN: usize = 0;
 const HEALTHY_PIN: usize = 1;
 /// The interrupt of the control tick.
 const TICK: Interrupt = Interrupt::TIM7_DAC;
+/// The interrupt of what the tick leaves to be done after it; its peripheral (trigonometric accelerator) is not used.
+const AFTER: Interrupt = Interrupt::CORDIC;
 /// The spare interrupt that wakes the tasks; its peripheral (filter accelerator) is not used.
 const WAKE: Interrupt = Interrupt::FMAC;
 
@@ -149,6 +151,7 @@ fn tick_timer() {
     TIM7.dier().write(|w| w.set_uie(true));
     TIM7.sr().write(|w| w.set_uif(false));
     TICK.set_priority(priority(timing::PRIORITY_TICK));
+    AFTER.set_priority(priority(timing::PRIORITY_TICK));
     WAKE.set_priority(priority(timing::PRIORITY_TASKS));
 }
 
@@ -167,6 +170,7 @@ pub unsafe fn start_ticks() {
     // SAFETY: the caller's promise; enabling cannot break a critical section, since the handler uses none.
     unsafe {
         TICK.enable();
+        AFTER.enable();
         WAKE.enable();
     }
     TIM7.cr1().modify(|w| w.set_cen(true));
@@ -247,6 +251,12 @@ pub fn set_drive_enable(on: bool) {
 #[inline(always)]
 pub fn drive_is_healthy() -> bool {
     GPIOC.idr().read().idr(HEALTHY_PIN).to_bits() != 0
+}
+
+/// What remains of this tick runs right after it. One store to the interrupt controller.
+#[inline(always)]
+pub fn prepare_next_tick() {
+    cortex_m::peripheral::NVIC::pend(AFTER);
 }
 
 /// Wakes the low-priority tasks. One store to the interrupt controller.

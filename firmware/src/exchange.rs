@@ -1,7 +1,7 @@
 //! What passes between the control tick and the rest, without locks: samples out, orders and parameters in.
 //!
-//! Parameters lie in two slots. The tick runs on one; the other is written outside and named as the next one. The tick
-//! takes it over at its start, so that one tick never sees two sets.
+//! Parameters lie in two slots. The tick runs on one; the other is written outside and named as the next one. The two
+//! are exchanged between two ticks, so that one tick never sees two sets.
 
 use core::cell::UnsafeCell;
 use core::hint::cold_path;
@@ -58,7 +58,7 @@ impl<T> Place<T> {
     }
 }
 
-/// What only the tick reaches.
+/// What only the two handlers of the tick reach.
 pub struct TickSide {
     /// Everything that a tick changes.
     pub controller: Controller,
@@ -98,7 +98,7 @@ pub struct Stats {
     pub latency_cycles: AtomicU32,
     /// The most so far.
     pub most_latency_cycles: AtomicU32,
-    /// Cycles of the handler, of the last tick.
+    /// Cycles from the handler's entry to the end of what follows it, of the last tick.
     pub run_cycles: AtomicU32,
     /// The most so far.
     pub most_run_cycles: AtomicU32,
@@ -192,12 +192,20 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     }
 }
 
-/// The parameters of this tick, and whether they are new.
+/// The parameters that the tick runs on. Not before [`init`].
+#[inline(always)]
+pub fn parameters() -> &'static Parameters {
+    let active = SHARED.active.load(Ordering::Relaxed);
+    // SAFETY: a slot is named after it is filled, and is not written again before the other one has been active.
+    unsafe { &*active }
+}
+
+/// Goes on to the parameters offered last, and says whether there are any.
 ///
 /// # Safety
-/// Only for the tick, once at its start.
+/// Only between two ticks, while nobody looks at [`parameters`].
 #[inline(always)]
-pub unsafe fn parameters() -> (&'static Parameters, bool) {
+pub unsafe fn take_over() -> bool {
     let next = SHARED.next.load(Ordering::Relaxed);
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
@@ -206,9 +214,7 @@ pub unsafe fn parameters() -> (&'static Parameters, bool) {
         cold_path();
         SHARED.active.store(next, Ordering::Relaxed);
     }
-    // SAFETY: a slot is named as the next one after it is filled, and is not written again before the other one has
-    // been active.
-    (unsafe { &*next }, changed)
+    changed
 }
 
 /// True while the tick has not yet taken over the parameters offered last.

@@ -2,7 +2,8 @@
 //!
 //! Three levels, each of which only interrupts those below it:
 //!
-//! 1. the control tick, TIM7 at priority 0: encoder, observers, control, supervisor, output;
+//! 1. the control tick, TIM7 at priority 0: encoder, observers, control, supervisor, output; and right after it, as an
+//!    interrupt (CORDIC's) of the same priority, what the next tick finds done: orders, parameters, its reference;
 //! 2. the spare interrupt (FMAC's), pended by the tick every millisecond: watchdog, trace;
 //! 3. the executor's thread: commands.
 #![no_std]

@@ -5,7 +5,10 @@
 //! measured from the timer and reported. The output does not depend on it, since the timer itself puts out the value
 //! written before.
 //!
-//! In the call tree of this function there is no panic, log, critical section, allocation, 64-bit division or f64;
+//! What does not depend on the counts of a tick runs in a second interrupt, right after the first one and at the same
+//! priority: neither interrupts the other, nothing masks either, and the next tick finds it done.
+//!
+//! In the call trees of both there is no panic, log, critical section, allocation, 64-bit division or f64;
 //! `cargo xtask check-elf` looks at the image for that.
 
 use core::hint::cold_path;
@@ -27,7 +30,7 @@ unsafe extern "C" fn TIM7_DAC() {
     board::acknowledge_tick();
     let reading = board::read_encoder();
     let stats = &SHARED.stats;
-    // SAFETY: filled before the interrupt was enabled, and only this handler reaches it.
+    // SAFETY: filled before the interrupt was enabled; the other handler never runs meanwhile, and nobody else reaches it.
     let side = unsafe { SHARED.side.get() };
     let mut alarms = Alarms::ILLEGAL
         .when(reading.illegal)
@@ -39,28 +42,15 @@ unsafe extern "C" fn TIM7_DAC() {
     }
     side.entered = entered;
     stats.latency_cycles.store(latency, Ordering::Relaxed);
-    raise(&stats.most_latency_cycles, latency);
-    // SAFETY: this is the tick, and the only call.
-    let (parameters, changed) = unsafe { exchange::parameters() };
+    let parameters = exchange::parameters();
     let config = &parameters.config;
     let controller = &mut side.controller;
-    if changed {
-        cold_path();
-        controller.take_over(config);
-    }
-    // SAFETY: only the tick takes.
-    if let Some(order) = unsafe { SHARED.orders.oldest() } {
-        cold_path();
-        controller.obey(config, order);
-        // SAFETY: as above.
-        unsafe { SHARED.orders.release() };
-    }
     let input = Input {
         raw: reading.count,
         index: reading.index,
         alarms,
     };
-    let mut out = controller.step(config, &input);
+    let mut out = controller.react(config, &input);
     output::write(output::code(out.torque_nm, parameters.half_codes_1_nm));
     board::set_drive_enable(out.drive_enabled);
     out.record.status = out.record.status.with(side.overrun);
@@ -71,10 +61,40 @@ unsafe extern "C" fn TIM7_DAC() {
         side.overrun = FLAG_OVERRUN;
         count(&stats.queue_overruns);
     }
+    board::prepare_next_tick();
+}
+
+/// What can be done before the counts of the next tick are there: orders, parameters, the next reference, statistics.
+/// The vector table knows it by this name.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".ccm.text.CORDIC")]
+unsafe extern "C" fn CORDIC() {
+    let stats = &SHARED.stats;
+    // SAFETY: neither of the two handlers interrupts the other, and nobody else reaches it.
+    let side = unsafe { SHARED.side.get() };
+    let controller = &mut side.controller;
     stats
         .ticks
-        .store(out.record.tick.wrapping_add(1), Ordering::Relaxed);
-    // What need not be done every tick is spread, so that the longest tick is short.
+        .store(controller.supervisor().tick(), Ordering::Relaxed);
+    controller.look_ahead(&exchange::parameters().config);
+    // SAFETY: not in the tick, and the only call.
+    let changed = unsafe { exchange::take_over() };
+    let config = &exchange::parameters().config;
+    if changed {
+        cold_path();
+        controller.take_over(config);
+    }
+    // SAFETY: nobody else takes.
+    if let Some(order) = unsafe { SHARED.orders.oldest() } {
+        cold_path();
+        controller.obey(config, order);
+        // SAFETY: as above.
+        unsafe { SHARED.orders.release() };
+    }
+    raise(
+        &stats.most_latency_cycles,
+        stats.latency_cycles.load(Ordering::Relaxed),
+    );
     side.ticks_to_wake -= 1;
     if side.ticks_to_wake == 0 {
         cold_path();
@@ -82,8 +102,6 @@ unsafe extern "C" fn TIM7_DAC() {
         board::wake_tasks();
         let refused = controller.supervisor().refused();
         stats.requests_refused.store(refused, Ordering::Relaxed);
-    } else if side.ticks_to_wake == timing::TICKS_PER_WAKE / 2 {
-        cold_path();
         let [encoder, luenberger, time_free] = controller.rejected();
         stats.rejected_encoder.store(encoder, Ordering::Relaxed);
         stats

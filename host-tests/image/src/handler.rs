@@ -2,6 +2,7 @@
 
 use crate::budget::Row;
 use crate::clocks::Cause;
+use crate::cost::Cost;
 use crate::elf::Image;
 use crate::host::{Session, TICK_CYCLES};
 use crate::machine::Stop;
@@ -82,17 +83,25 @@ pub fn rows(image: &Image) -> Result<Vec<Row>, String> {
         ("whole handler, one sine after another", replays),
         ("whole handler, other experiments", others),
     ];
+    let mut after = Cost::default();
     let row = |(name, run): (&str, Run)| {
         let mut session = Session::new(image, &lines)?;
         session.arm()?;
         run(&mut session).map_err(|e| format!("{name}: {e}"))?;
+        after.add(session.machine.cost(names::interrupt("CORDIC")));
         Ok(Row {
             name: name.to_owned(),
             cost: session.machine.cost(names::interrupt("TIM7_DAC")),
             limit: LIMIT,
         })
     };
-    runs.into_iter().map(row).collect()
+    let mut rows: Vec<_> = runs.into_iter().map(row).collect::<Result<_, String>>()?;
+    rows.push(Row {
+        name: "after the handler, in all of these".to_owned(),
+        cost: after,
+        limit: LIMIT,
+    });
+    Ok(rows)
 }
 
 fn sine(session: &mut Session<'_>) -> Result<(), String> {
@@ -123,8 +132,10 @@ fn orders(session: &mut Session<'_>) -> Result<(), String> {
 /// Each fault that an axis or a host can bring about, several times, at ever other places of the sine.
 fn faults(session: &mut Session<'_>) -> Result<(), String> {
     // The first while the sine still passes the index, which a runaway leaves behind.
-    fault(session, Fault::IndexMismatch, 10_000)?;
+    fault(session, SINE, Fault::IndexMismatch, 10_000)?;
     for k in 0..8 {
+        // Every other time within a loop.
+        let experiment = if k % 2 == 0 { SINE } else { OTHERS[1] };
         for one in [
             Fault::EncoderIllegal,
             Fault::DriveFault,
@@ -135,15 +146,20 @@ fn faults(session: &mut Session<'_>) -> Result<(), String> {
             Fault::StuckEncoder,
             Fault::Overspeed,
         ] {
-            fault(session, one, 1500 + 3 * SHIFT * k)?;
+            fault(session, experiment, one, 1500 + 3 * SHIFT * k)?;
         }
     }
     Ok(())
 }
 
-/// Brings a fault about after so many ticks of a sine, and mends it.
-fn fault(session: &mut Session<'_>, fault: Fault, ticks: u64) -> Result<(), String> {
-    play(session, SINE, u32::MAX)?;
+/// Brings a fault about after so many ticks of an experiment, and mends it.
+fn fault(
+    session: &mut Session<'_>,
+    experiment: Experiment<f32>,
+    fault: Fault,
+    ticks: u64,
+) -> Result<(), String> {
+    play(session, experiment, u32::MAX)?;
     run(session, ticks)?;
     bring_about(session, fault)?;
     let stands = session.heard.records.last().map(|r| r.status.fault());

@@ -58,7 +58,7 @@ fn every_experiment_plays_for_its_time_and_equals_the_host() {
         );
         let cost = session.machine.cost(tick);
         println!(
-            "{:<10} the tick takes at most {} instructions, some {} cycles",
+            "{:<10} the handler takes at most {} instructions, some {} cycles",
             named.name(),
             cost.most_instructions,
             cost.most_cycles
