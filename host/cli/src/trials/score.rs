@@ -39,17 +39,20 @@ pub enum Outcome {
     Unknown,
     /// That there is nothing, only parameters, or too little data.
     Nothing,
+    /// The logs were refused as wrong as a whole.
+    Refused,
     /// No axis was found that could show the effect.
     NotShowable,
 }
 
-const COLUMNS: [(Outcome, &str); 7] = [
+const COLUMNS: [(Outcome, &str); 8] = [
     (Outcome::Right, "right"),
     (Outcome::Tied, "tied"),
     (Outcome::Part, "part"),
     (Outcome::Wrong, "wrong"),
     (Outcome::Unknown, "unknown"),
     (Outcome::Nothing, "nothing"),
+    (Outcome::Refused, "refused"),
     (Outcome::NotShowable, "not showable"),
 ];
 
@@ -68,6 +71,7 @@ pub struct Case {
     outcome: Outcome,
     seconds: f64,
     diagnosis: Option<Diagnosis>,
+    refused: Option<String>,
 }
 
 impl Case {
@@ -76,10 +80,19 @@ impl Case {
         seed: u64,
         truth: &[&str],
         trial: Option<&Trial>,
-        diagnosis: Option<Diagnosis>,
+        diagnosis: Option<Result<Diagnosis, InputError>>,
         seconds: f64,
         expected: Expected,
     ) -> Self {
+        let outcome = match &diagnosis {
+            None => Outcome::NotShowable,
+            Some(Err(_)) => Outcome::Refused,
+            Some(Ok(said)) => judge(expected, truth, said.verdict.kind, &said.verdict.effects),
+        };
+        let (diagnosis, refused) = match diagnosis.transpose() {
+            Ok(diagnosis) => (diagnosis, None),
+            Err(error) => (None, Some(error.to_string())),
+        };
         let friction = trial.map(|trial| &trial.truth.friction);
         Self {
             seed,
@@ -99,11 +112,10 @@ impl Case {
                 .map_or("", |model| model.name()),
             rate_hz: trial.map_or(0.0, |trial| 1.0 / trial.logs[0].median_step_s()),
             experiments: trial.map_or(Vec::new(), |trial| trial.experiments.clone()),
-            outcome: diagnosis.as_ref().map_or(Outcome::NotShowable, |said| {
-                judge(expected, truth, said.verdict.kind, &said.verdict.effects)
-            }),
+            outcome,
             seconds,
             diagnosis,
+            refused,
         }
     }
 
@@ -117,6 +129,9 @@ impl Case {
 
     /// The verdict in words.
     fn said(&self) -> Option<String> {
+        if self.refused.is_some() {
+            return Some("refused".to_string());
+        }
         let verdict = &self.diagnosis.as_ref()?.verdict;
         let effects = &verdict.effects;
         Some(match verdict.kind {
