@@ -17,7 +17,7 @@ mod search;
 mod signature;
 mod sound;
 mod spectrum;
-pub mod verdict;
+mod verdict;
 mod words;
 
 pub use apply::{Applied, axis_file};
