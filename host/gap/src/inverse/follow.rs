@@ -83,9 +83,8 @@ pub fn left_over(
         contact = effect.contact(contact);
         coupling = effect.coupling(inertia).or(coupling);
     }
-    let motor_kg_m2 = inertia * coupling.map_or(1.0, |c| 1.0 - c.load_share);
     let mut load =
-        coupling.map(|coupling| Load::new(coupling, inertia, smooth[0], velocity[0], step_s));
+        coupling.map(|coupling| Load::new(coupling, inertia, stretch.effort_nm[0], step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
     if let Some(stiffness) = running.stiffness_nm_rad {
@@ -108,7 +107,7 @@ pub fn left_over(
         let acceleration = (velocity[k + 1] - velocity[k]) / step_s;
         let (load_position_rad, load_velocity_rad_s) =
             load.as_ref().map_or((position_rad, v), |load| {
-                (load.position_rad, load.velocity_rad_s)
+                (position_rad - load.twist_rad, v - load.twisting_rad_s)
             });
         let mut effort = running.times * later.at(&stretch.effort_nm, k);
         if record.commanded {
@@ -146,7 +145,8 @@ pub fn left_over(
                 &now,
                 torque - inertia * acceleration,
             ),
-            (Some(load), _) => load.advance(smooth[k], &now, |now, applied_nm| {
+            // What the load takes beyond its inertia at the motor's acceleration, which the balance counts as measured.
+            (Some(load), _) => load.advance(&now, |now, applied_nm| {
                 rub(contact.as_mut(), &mut running.effects, now, applied_nm)
             }),
         };
@@ -155,7 +155,7 @@ pub fn left_over(
         }
         balance.push(torque - opposed);
     }
-    let per = motor_kg_m2 / (step_s * step_s);
+    let per = inertia / (step_s * step_s);
     let mut nodes: Vec<f64> = (1..intervals)
         .map(|k| {
             0.5 * (balance[k - 1] + balance[k])
@@ -230,69 +230,103 @@ impl Later {
     }
 }
 
-/// The second inertia, driven by the motor's measured motion.
+/// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
+/// e'' = a + F/J_l - (k e + d e')/J_l, without k and d inside the play. A step is exact for constant a and F, so that a
+/// stiff coupling is none.
 struct Load {
     coupling: Coupling,
     inertia_kg_m2: f64,
-    position_rad: f64,
-    velocity_rad_s: f64,
+    twist_rad: f64,
+    twisting_rad_s: f64,
     steps: u32,
+    dt_s: f64,
+    /// Twist and its rate after a step, each of what both were before.
+    kept: [[f64; 2]; 2],
 }
 
 impl Load {
-    fn new(
-        coupling: Coupling,
-        inertia: f64,
-        position_rad: f64,
-        velocity_rad_s: f64,
-        step_s: f64,
-    ) -> Self {
+    /// At rest, and twisted by the torque that is held there.
+    fn new(coupling: Coupling, inertia: f64, held_nm: f64, step_s: f64) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
-        let natural = (coupling.stiffness_nm_rad / inertia_kg_m2).sqrt();
-        let fastest = natural.max(coupling.damping_nm_s_rad / inertia_kg_m2);
+        let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
+        let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
+        // Half a radian a step lets friction follow.
+        let steps = (natural_2.sqrt() * step_s / 0.5).ceil().clamp(1.0, 20.0);
+        let dt_s = step_s / steps;
+        let (even, odd) = damped(natural_2, loss, dt_s);
         Self {
             coupling,
             inertia_kg_m2,
-            position_rad,
-            velocity_rad_s,
-            // Half a radian a step keeps the semi-implicit step stable and its frequency within 1 %.
-            steps: (fastest * step_s / 0.5).ceil().clamp(1.0, 20.0) as u32,
+            twist_rad: held_nm / coupling.stiffness_nm_rad
+                + 0.5 * coupling.gap_rad.copysign(held_nm),
+            twisting_rad_s: 0.0,
+            steps: steps as u32,
+            dt_s,
+            kept: [
+                [even + loss * odd, odd],
+                [-natural_2 * odd, even - loss * odd],
+            ],
         }
     }
 
-    /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor.
-    fn advance(
-        &mut self,
-        motor_rad: f64,
-        now: &Instant,
-        mut friction: impl FnMut(&Instant, f64) -> f64,
-    ) -> f64 {
-        let motor_rad_s = now.motion.velocity_rad_s;
+    /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
+    /// load as the motor accelerates.
+    fn advance(&mut self, now: &Instant, mut friction: impl FnMut(&Instant, f64) -> f64) -> f64 {
+        let motor_rad_s2 = now.acceleration_rad_s2;
         let mut now = *now;
-        let dt = now.step_s / f64::from(self.steps);
-        now.step_s = dt;
+        now.step_s = self.dt_s;
+        let half = 0.5 * self.coupling.gap_rad;
         let mut sum = 0.0;
-        for i in 0..self.steps {
-            let motor = motor_rad + (f64::from(i) + 0.5) * dt * motor_rad_s;
-            let twist = motor - self.position_rad;
-            let half = 0.5 * self.coupling.gap_rad;
-            let torque = if twist.abs() > half {
-                self.coupling.stiffness_nm_rad * (twist - half.copysign(twist))
-                    + self.coupling.damping_nm_s_rad * (motor_rad_s - self.velocity_rad_s)
+        for _ in 0..self.steps {
+            now.motion.load_position_rad = now.motion.position_rad - self.twist_rad;
+            now.motion.load_velocity_rad_s = now.motion.velocity_rad_s - self.twisting_rad_s;
+            let touches = self.twist_rad.abs() > half || half == 0.0;
+            let flank = if touches {
+                half.copysign(self.twist_rad)
             } else {
                 0.0
             };
-            now.motion.load_position_rad = self.position_rad;
-            now.motion.load_velocity_rad_s = self.velocity_rad_s;
+            let torque = if touches {
+                self.coupling.stiffness_nm_rad * (self.twist_rad - flank)
+                    + self.coupling.damping_nm_s_rad * self.twisting_rad_s
+            } else {
+                0.0
+            };
             let opposed = friction(&now, torque);
-            let before = self.velocity_rad_s;
-            self.velocity_rad_s += dt / self.inertia_kg_m2 * (torque - opposed);
-            if before * self.velocity_rad_s < 0.0 && torque.abs() <= opposed.abs() {
-                self.velocity_rad_s = 0.0;
+            let drives = motor_rad_s2 + opposed / self.inertia_kg_m2;
+            let before = self.twisting_rad_s;
+            if touches {
+                let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
+                let [twist, rate] = [self.twist_rad - rests, before];
+                let [of_twist, of_rate] = self.kept;
+                self.twist_rad = rests + of_twist[0] * twist + of_twist[1] * rate;
+                self.twisting_rad_s = of_rate[0] * twist + of_rate[1] * rate;
+            } else {
+                self.twisting_rad_s += drives * self.dt_s;
+                self.twist_rad += 0.5 * (before + self.twisting_rad_s) * self.dt_s;
             }
-            self.position_rad += dt * self.velocity_rad_s;
-            sum += torque;
+            let load_rad_s = now.motion.velocity_rad_s - self.twisting_rad_s;
+            if now.motion.load_velocity_rad_s * load_rad_s < 0.0 && torque.abs() <= opposed.abs() {
+                self.twisting_rad_s = now.motion.velocity_rad_s;
+            }
+            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before) / self.dt_s;
         }
         sum / f64::from(self.steps)
+    }
+}
+
+/// e^(-loss t) times cosh and sinh(r t)/r, r^2 = loss^2 - natural^2; cos and sin where that is below zero.
+fn damped(natural_2: f64, loss: f64, t: f64) -> (f64, f64) {
+    let r_2 = loss * loss - natural_2;
+    let r = r_2.abs().sqrt();
+    if r * t < 1e-6 {
+        let kept = (-loss * t).exp();
+        (kept, kept * t)
+    } else if r_2 > 0.0 {
+        let (slow, fast) = (((r - loss) * t).exp(), (-(r + loss) * t).exp());
+        (0.5 * (slow + fast), 0.5 * (slow - fast) / r)
+    } else {
+        let kept = (-loss * t).exp();
+        (kept * (r * t).cos(), kept * (r * t).sin() / r)
     }
 }
