@@ -6,9 +6,9 @@
 use super::regime::Node;
 use super::spectrum;
 use crate::error::InputError;
-use crate::inverse::{Added, Fit, Free, Model, Owner, Record, fit_near};
+use crate::inverse::{Added, Fit, Free, Model, Own, Owner, Record, fit_near};
 use bristle_plant::Unit;
-use bristle_plant::effect::{Entry, Kind, Scale};
+use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ const SHAPES: usize = 3;
 /// A limit at so many: it shows only where it cuts.
 const LIMITS: usize = 8;
 /// Starts of an effect with several shape parameters are cut to so many.
-const MOST_STARTS: usize = 40;
+const MOST_STARTS: usize = 45;
 /// A size that is never zero is not in proportion to its change far from where it was tried.
 const IN_PROPORTION: f64 = 3.0;
 /// A gain as tried is preferred to one in proportion if it is this part of it.
@@ -30,6 +30,17 @@ const LEAST_WAVES: f64 = 2.0;
 const STARTS_OF_CHANGE: usize = 16;
 /// The parameter that is such a moment.
 const CHANGES_FOR_GOOD: &str = "start_s";
+/// Effects with bristles of their own.
+const IN_SERIES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
+/// Beside them the simulator's bristles start so many times stiffer.
+const MAKES_ROOM: f64 = 4.0;
+/// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
+/// what that promises.
+const PROMISES: f64 = 0.25;
+/// The parameter that is the place of a stop.
+const STOPS: &str = "position_rad";
+/// A stop lies inside the travel by these parts of it: what it gives way by.
+const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
 /// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
 const HALVINGS: usize = 6;
 /// Moments or places of a sudden change that are tried.
@@ -102,6 +113,12 @@ impl<'a> Background<'a> {
         )
     }
 
+    /// Whether an effect has a size that cannot be zero.
+    pub fn never_zero(&self, entry: &Entry) -> bool {
+        let above = |p: &Parameter| p.kind == Kind::Size && (p.range)(self.scale)[0] > 0.0;
+        entry.parameters.iter().any(above)
+    }
+
     /// What is left of a change once the model's own parameters have done what they can.
     pub fn beyond(&self, change: &DVector<f64>) -> DVector<f64> {
         change - &self.basis * (self.basis.tr_mul(change))
@@ -168,6 +185,7 @@ impl<'a> Background<'a> {
             CHANGES_FOR_GOOD => Some(0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64),
             "event_s" => Some(node_s),
             "place_rad" => Some(node_s * self.scale.top_speed_rad_s),
+            STOPS => Some(0.02 * (self.scale.highest_rad - self.scale.lowest_rad)),
             _ => None,
         }
     }
@@ -204,7 +222,9 @@ impl<'a> Background<'a> {
                 let [low, high] = range(size);
                 let most = if high.abs() >= low.abs() { high } else { low };
                 let sizes: Vec<f64> = if low > 0.0 {
-                    levels([low, high], SIZES).collect()
+                    std::iter::once(low)
+                        .chain(levels([low, high], SIZES))
+                        .collect()
                 } else {
                     vec![0.15 * most, 0.6 * most]
                 };
@@ -250,6 +270,11 @@ impl<'a> Background<'a> {
         if name == CHANGES_FOR_GOOD {
             return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
         }
+        if name == STOPS {
+            let (low, high) = (self.scale.lowest_rad, self.scale.highest_rad);
+            let inside = |part: &f64| [low + part * (high - low), high - part * (high - low)];
+            return Some(INSIDE.iter().flat_map(inside).collect());
+        }
         let of = |node: &Node| {
             let record = &self.records[node.record];
             let stretch = &record.stretches[node.stretch];
@@ -291,9 +316,12 @@ impl<'a> Background<'a> {
         let size =
             (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
         let gain = |factor: f64| -factor * (2.0 * slope + factor * square);
-        let mut factor = 1.0;
+        let (mut factor, mut promised) = (1.0, f64::NEG_INFINITY);
         if let Some(size) = size {
             let usual = (entry.parameters[size].range)(self.scale);
+            if usual[0] > 0.0 && values[size] <= usual[0] && slope < 0.0 {
+                promised = PROMISES * slope * slope / square;
+            }
             let range = hard_range(usual);
             let mut best = -slope / square;
             if usual[0] > 0.0 {
@@ -309,7 +337,7 @@ impl<'a> Background<'a> {
         Some(Start {
             values,
             phases: Vec::new(),
-            gain: gain(factor),
+            gain: gain(factor).max(promised),
         })
     }
 
@@ -518,9 +546,14 @@ impl<'a> Background<'a> {
             let mut model = self.with(entry, start);
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
+            // Its bristles are in series with the simulator's, which have to make room.
+            if IN_SERIES.contains(&entry.id)
+                && let Some(stiffness) = model.free.iter().position(is_stiffness)
+            {
+                from[stiffness] += MAKES_ROOM.ln();
+            }
             // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
-            let cuts = entry.parameters.iter().any(|p| p.kind == Kind::Limit);
-            model.scales_effort |= !cuts && model.changes_gain(self.records, &from)?;
+            model.scales_effort |= !cuts(entry) && model.changes_gain(self.records, &from)?;
             let fit = fit_near(&model, self.records, self.weights, from, &self.fit.jacobian)?;
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
@@ -528,6 +561,15 @@ impl<'a> Background<'a> {
         }
         Ok(best)
     }
+}
+
+fn is_stiffness(free: &Free) -> bool {
+    free.owner == Owner::Own(Own::Stiffness)
+}
+
+/// Whether an effect lets effort through up to a limit.
+pub(super) fn cuts(entry: &Entry) -> bool {
+    entry.parameters.iter().any(|p| p.kind == Kind::Limit)
 }
 
 /// The size that a wave's order and phase belong to: the last one before its phase.

@@ -16,21 +16,32 @@ pub struct Group {
     pub open_nm: f64,
     /// Noise that a fit is weighted by, N m rms: what a model leaves over, at least the floor.
     pub spread_nm: f64,
+    /// What every model errs by, N m rms.
+    discrepancy_nm: f64,
 }
 
 /// Noise of all records in all regimes.
 #[derive(Clone, Debug)]
 pub struct Noise {
     groups: Vec<[Group; 3]>,
-    discrepancy_nm: f64,
 }
 
-/// Every model errs: what is left below this part of the gap speaks for no effect. Kennedy and O'Hagan 2001, J. R. Stat.
+/// Every model errs: what is left below this part of a group's gap speaks for no effect. Kennedy and O'Hagan 2001, J. R. Stat.
 /// Soc. B 63, call it the discrepancy.
 const DISCREPANCY: f64 = 0.12;
 
 /// Correlation is looked for up to this many nodes, some 0.3 s.
 const LONGEST_LAG: usize = 12;
+
+/// Noise of an effort is correlated over some 10 ms: the filters of its converter. What nodes so far apart have in common
+/// is no longer noise, s.
+const COLOUR_S: f64 = 0.02;
+/// Blocks in which noise is looked at, s.
+const BLOCK_S: f64 = 0.25;
+/// Part of the blocks that are quiet.
+const QUIET: f64 = 0.25;
+/// Fewest blocks that say how large noise is.
+const FEWEST_BLOCKS: usize = 8;
 
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
@@ -91,15 +102,24 @@ impl Noise {
         Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
     }
 
-    /// The same where it is known what the model leaves over on records of its own.
+    /// The same where it is known what the model leaves over on records of its own. `holds_nm` is what the model itself
+    /// leaves open of friction where the axis hardly moves: none with bristles, about half of it where friction is
+    /// whatever holds.
     pub fn beside(
         records: &[Record],
         nodes: &[Node],
         left_over: &[f64],
         inertia_kg_m2: f64,
+        holds_nm: f64,
         own: &Own,
     ) -> Self {
-        let open = |place, regime, white_nm: f64| white_nm.max(own.rms_nm(place, regime));
+        let open = |place, regime, white_nm: f64| {
+            let own = own.rms_nm(place, regime).max(white_nm);
+            match regime {
+                Regime::Sliding => own,
+                _ => own.max(holds_nm),
+            }
+        };
         Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
     }
 
@@ -113,6 +133,18 @@ impl Noise {
     ) -> Self {
         let mut groups = vec![[Group::default(); 3]; records.len()];
         for (place, record) in records.iter().enumerate() {
+            let node_s = record.step_s * record.kernel.length as f64;
+            let calm: Vec<(usize, f64)> = nodes
+                .iter()
+                .zip(left_over)
+                .enumerate()
+                .filter(|(_, (node, _))| {
+                    node.record == place && node.regime != Regime::Low && !node.excluded
+                })
+                .map(|(at, (_, &r))| (at, r))
+                .collect();
+            let [apart, block] = [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
+            let coloured = coloured_noise(&calm, apart, block.max(4 * apart));
             for regime in Regime::ALL {
                 let members: Vec<(usize, f64)> = nodes
                     .iter()
@@ -124,7 +156,7 @@ impl Noise {
                     .map(|(at, (_, &r))| (at, r))
                     .collect();
                 let closed = record.noise_nm(inertia_kg_m2);
-                let white = difference_noise(&members);
+                let white = difference_noise(&members).max(coloured);
                 let robust = robust_rms(&members);
                 let open_nm = open(place, regime, closed.max(white));
                 let floor_nm = open_nm.min(robust);
@@ -134,20 +166,57 @@ impl Noise {
                     floor_nm,
                     open_nm,
                     spread_nm: robust.max(closed),
+                    discrepancy_nm: 0.0,
                 };
             }
         }
-        Self {
-            groups,
-            discrepancy_nm: 0.0,
-        }
+        Self { groups }
     }
 
-    /// The same where a gap of this rms is to be explained.
+    /// The same where this gap is to be explained, N m at each node.
     #[must_use]
-    pub fn explaining(mut self, gap_nm: f64) -> Self {
-        self.discrepancy_nm = DISCREPANCY * gap_nm;
+    pub fn explaining(mut self, nodes: &[Node], gap_nm: &[f64]) -> Self {
+        let squares = self.mean_squares(nodes, gap_nm);
+        for (groups, squares) in self.groups.iter_mut().zip(squares) {
+            for (group, square) in groups.iter_mut().zip(squares) {
+                group.discrepancy_nm = DISCREPANCY * square.sqrt();
+            }
+        }
         self
+    }
+
+    /// Mean square of a rest by record and regime.
+    fn mean_squares(&self, nodes: &[Node], left_over: &[f64]) -> Vec<[f64; 3]> {
+        let mut sums = vec![[0.0; 3]; self.groups.len()];
+        for (node, r) in nodes.iter().zip(left_over) {
+            if !node.excluded {
+                sums[node.record][node.regime as usize] += r * r;
+            }
+        }
+        for (sums, groups) in sums.iter_mut().zip(&self.groups) {
+            for (sum, group) in sums.iter_mut().zip(groups) {
+                *sum /= group.nodes.max(1) as f64;
+            }
+        }
+        sums
+    }
+
+    /// How many times what is open a rest is: the geometric mean over all that is independent and moves, so that no one
+    /// regime decides by its size.
+    pub fn times_open(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
+        let squares = self.mean_squares(nodes, left_over);
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (groups, squares) in self.groups.iter().zip(&squares) {
+            for regime in [Regime::Low, Regime::Sliding] {
+                let (group, square) = (&groups[regime as usize], squares[regime as usize]);
+                if group.nodes > 0 && group.open_nm > 0.0 {
+                    let times = (square.sqrt() / group.open_nm).max(1.0);
+                    sum += group.independent * times.ln();
+                    weight += group.independent;
+                }
+            }
+        }
+        (sum / f64::max(weight, 1.0)).exp()
     }
 
     /// The noise about a node.
@@ -170,41 +239,25 @@ impl Noise {
             .collect()
     }
 
-    /// Logarithm of the density of a rest, but for a constant that all rests of the same nodes share. Each group's
+    /// Logarithm of the density of a rest while the axis moves, but for a constant that all rests of the same nodes share.
+    /// At rest it says how far the bristles are bent, which the encoder tells too little of. Each group's
     /// spread is its own best one above the floor, so that no one has to know how large a model's error is.
     pub fn log_density(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
-        let mut squares = vec![[0.0_f64; 3]; self.groups.len()];
-        for (node, r) in nodes.iter().zip(left_over) {
-            if !node.excluded {
-                squares[node.record][node.regime as usize] += r * r;
-            }
-        }
+        let squares = self.mean_squares(nodes, left_over);
         let mut sum = 0.0;
         for (groups, squares) in self.groups.iter().zip(&squares) {
-            for (group, square) in groups.iter().zip(squares) {
+            for regime in [Regime::Low, Regime::Sliding] {
+                let (group, square) = (&groups[regime as usize], squares[regime as usize]);
                 if group.nodes > 0 {
                     let open = group.open_nm * group.open_nm;
                     // Below what is open a rest is as good as it can be: less follows the method's own error.
-                    let mean = (square / group.nodes as f64).max(open);
-                    let spread = mean + self.discrepancy_nm.powi(2);
+                    let mean = square.max(open);
+                    let spread = mean + group.discrepancy_nm.powi(2);
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }
             }
         }
         sum
-    }
-
-    /// What the encoder leaves open beyond the floor, over all nodes that count, N m rms: a coarse encoder in presliding.
-    pub fn open_beyond_floor_nm(&self, nodes: &[Node]) -> f64 {
-        let (mut square, mut count) = (0.0, 0.0);
-        for node in nodes {
-            if !node.excluded && node.regime != Regime::Rest {
-                let group = self.group(node);
-                square += group.open_nm.powi(2) - group.floor_nm.powi(2);
-                count += 1.0;
-            }
-        }
-        (square / f64::max(count, 1.0)).sqrt()
     }
 
     /// Floor and rms of a rest over all nodes that count.
@@ -230,6 +283,33 @@ fn difference_noise(members: &[(usize, f64)]) -> f64 {
         .map(|pair| (pair[1].1 - pair[0].1).abs())
         .collect();
     median(&mut differences) / 0.6745 / 2.0_f64.sqrt()
+}
+
+/// Noise that is correlated for a while, from second differences of nodes so many apart, in the quiet blocks of a record:
+/// noise is there all the time, and what a model lacks is not.
+fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> f64 {
+    if apart == 0 {
+        return 0.0;
+    }
+    let mut blocks: Vec<f64> = members
+        .chunks(block)
+        .filter_map(|members| {
+            let (sum, count) = members
+                .windows(2 * apart + 1)
+                .filter(|three| three[2 * apart].0 == three[0].0 + 2 * apart)
+                .map(|three| three[0].1 - 2.0 * three[apart].1 + three[2 * apart].1)
+                .fold((0.0, 0), |(sum, count), d| (sum + d * d, count + 1));
+            (2 * count > block).then(|| sum / count as f64 / 6.0)
+        })
+        .collect();
+    if blocks.len() < FEWEST_BLOCKS {
+        return 0.0;
+    }
+    let quiet = (QUIET * blocks.len() as f64) as usize;
+    blocks
+        .select_nth_unstable_by(quiet, f64::total_cmp)
+        .1
+        .sqrt()
 }
 
 /// Root-mean-square without the largest hundredth.

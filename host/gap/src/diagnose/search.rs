@@ -1,7 +1,7 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
 use super::apply::axis_at;
-use super::candidate::{Background, Start};
+use super::candidate::{Background, Start, cuts};
 use super::held_out::held_out;
 use super::likelihood::{Noise, Own};
 use super::regime::{Node, nodes};
@@ -9,7 +9,9 @@ use super::signature;
 use super::verdict::leaves_room;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Owner, Record, fit, fit_at, fit_near, scale};
+use crate::inverse::{
+    self, Fit, Free, Model, Owner, Record, fit, fit_at, fit_near, has_bristles, scale,
+};
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
@@ -20,9 +22,11 @@ const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
 const CLOSE: f64 = 0.6;
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
-const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+/// Of those so many are fitted with the noise that the best one leaves.
+const KEPT: usize = 9;
 /// The best of them are fitted once more with a Jacobian of their own.
-const POLISHED: usize = 4;
+const POLISHED: usize = 3;
 /// Effects that are tried beside the best one.
 const BESIDE: usize = 4;
 /// Most effects at once.
@@ -31,6 +35,8 @@ pub const MOST_EFFECTS: usize = 2;
 const WORTH_A_FIT: f64 = 12.0;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
+/// Where friction is whatever holds, it is known to this part of itself while the axis hardly moves.
+const HELD: f64 = 0.5;
 /// Standard deviation of a parameter of the axis file, as a share of it.
 pub const DOUBT: f64 = 0.15;
 
@@ -45,8 +51,10 @@ pub struct Hypothesis {
     pub fit: Fit,
     /// What it leaves over on data that took no part, N m.
     pub held_out: Vec<f64>,
-    /// Logarithm of the density of that.
+    /// Logarithm of the density of that, and of where the simulator's own parameters have gone.
     pub score: f64,
+    /// The second part of that.
+    pub log_belief: f64,
 }
 
 impl Hypothesis {
@@ -95,7 +103,13 @@ pub fn search(
     let model = Model::base(believed, &records, DOUBT)?;
     let as_given = model.left_over(&records, &model.start())?;
     let noise_of = |left_over: &[f64], own: &Own| {
-        Noise::beside(&records, &nodes, left_over, scale.inertia_kg_m2, own)
+        let holds_nm = if has_bristles(believed.model) {
+            0.0
+        } else {
+            HELD * believed.coulomb_nm
+        };
+        let inertia = scale.inertia_kg_m2;
+        Noise::beside(&records, &nodes, left_over, inertia, holds_nm, own)
     };
     let mut noise = noise_of(
         &as_given,
@@ -123,7 +137,7 @@ pub fn search(
     let screened = screen(&background, &fitted_ones, &|share| {
         progress(0.1 + 0.4 * share)
     });
-    let mut found = fit_best(&background, &screened, FITTED)?;
+    let mut found = fit_best(&background, &screened, FITTED, true)?;
     progress(0.6);
     if strayed(&model, &fitted.at) {
         let believed = fit_at(&model, &records, &weights, model.start())?;
@@ -131,7 +145,7 @@ pub fn search(
         let screened = screen(&background, &fitted_ones, &|share| {
             progress(0.6 + 0.1 * share)
         });
-        for other in fit_best(&background, &screened, FITTED)? {
+        for other in fit_best(&background, &screened, FITTED, true)? {
             match found.iter_mut().find(|one| one.0.id == other.0.id) {
                 Some(one) if other.2.cost < one.2.cost => *one = other,
                 Some(_) => {}
@@ -139,6 +153,9 @@ pub fn search(
             }
         }
     }
+    let density = |fit: &Fit| noise.log_density(&nodes, &fit.left_over);
+    found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
+    found.truncate(KEPT);
     let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> = found
         .into_iter()
         .map(|(entry, model, fit)| {
@@ -165,12 +182,36 @@ pub fn search(
         fit_near(model, &records, &weights, fit.at.clone(), &known)
             .map(|fit| fit.with_own_jacobian(model, &records, &weights))
     };
-    let fitted = again(&model, &fitted)?;
+    let mut fitted = again(&model, &fitted)?;
     tried = tried
         .into_par_iter()
         .map(|(added, model, fit)| {
             let fit = again(&model, &fit)?;
             Ok((added, model, fit))
+        })
+        .collect::<Result<Vec<_>, InputError>>()?;
+    tried.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+    // From where the best one has taken the simulator's own parameters the simulator alone may do better, too.
+    if let Some((_, _, best)) = tried.first() {
+        let own = best.at[..model.free.len()].to_vec();
+        let other = fit(&model, &records, &weights, own)?;
+        if other.cost < fitted.cost {
+            fitted = other;
+        }
+    }
+    // And with an effect it does no worse than without.
+    tried = tried
+        .into_par_iter()
+        .map(|(added, with, kept)| {
+            let kept = if kept.cost > fitted.cost {
+                let mut start = fitted.at.clone();
+                start.extend(&kept.at[start.len()..]);
+                let other = fit(&with, &records, &weights, start)?;
+                if other.cost < kept.cost { other } else { kept }
+            } else {
+                kept
+            };
+            Ok((added, with, kept))
         })
         .collect::<Result<Vec<_>, InputError>>()?;
     tried.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
@@ -182,27 +223,32 @@ pub fn search(
     for (kept, fit) in tried.iter_mut().zip(polished) {
         kept.2 = fit;
     }
-    let gap = noise.rms(&nodes, &fitted.left_over).1;
-    let noise = noise.explaining(gap);
-    let score = |added: Vec<&'static Entry>, model: Model, fit: Fit| {
+    let noise = noise.explaining(&nodes, &fitted.left_over);
+    let score = |added: Vec<&'static Entry>, mut model: Model, mut fit: Fit| {
+        // Fitted as it cuts, judged by the effort that was recorded: cut to nothing it would explain everything.
+        let cuts = added.iter().any(|entry| cuts(entry));
+        if cuts && !model.scales_effort && model.changes_gain(&records, &fit.at)? {
+            model.scales_effort = true;
+            fit = fit_at(&model, &records, &weights, fit.at)?;
+        }
         let held_out = held_out(&model, &fit, &weights, &nodes);
-        Hypothesis {
-            score: noise.log_density(&nodes, &held_out),
+        let log_belief = log_belief(&model, &fit.at);
+        Ok(Hypothesis {
+            score: noise.log_density(&nodes, &held_out) + log_belief,
+            log_belief,
             added,
             model,
             fit,
             held_out,
-        }
+        })
     };
-    let base = score(Vec::new(), model, fitted);
-    let mut single: Vec<Hypothesis> = tried.into_iter().map(|(a, m, f)| score(a, m, f)).collect();
+    let base = score(Vec::new(), model, fitted)?;
+    let mut single = tried
+        .into_iter()
+        .map(|(added, model, fit)| score(added, model, fit))
+        .collect::<Result<Vec<Hypothesis>, InputError>>()?;
     single.extend(signature::hypotheses(
-        &base,
-        &records,
-        &nodes,
-        &noise,
-        &catalogue,
-        scale.inertia_kg_m2,
+        &base, &records, &nodes, &noise, &catalogue, &scale,
     ));
     single.sort_by(|a, b| b.score.total_cmp(&a.score));
     progress(0.8);
@@ -222,7 +268,7 @@ pub fn search(
             .filter(|entry| from.added.iter().all(|added| added.id != entry.id))
             .collect();
         let screened = screen(&background, &others, &|share| progress(0.8 + 0.15 * share));
-        let mut found: Vec<Hypothesis> = fit_best(&background, &screened, BESIDE)?
+        let mut found: Vec<Hypothesis> = fit_best(&background, &screened, BESIDE, false)?
             .into_iter()
             .map(|(entry, model, fit)| {
                 let mut added = from.added.clone();
@@ -230,7 +276,7 @@ pub fn search(
                 let fit = fit.with_own_jacobian(&model, &records, &weights);
                 score(added, model, fit)
             })
-            .collect();
+            .collect::<Result<_, InputError>>()?;
         found.sort_by(|a, b| b.score.total_cmp(&a.score));
         best = found
             .first()
@@ -273,6 +319,18 @@ fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -
         .unwrap_or_default()
 }
 
+/// Logarithm of how far the simulator's own parameters are believed, but for a constant.
+fn log_belief(model: &Model, at: &[f64]) -> f64 {
+    let own = |free: &&Free| matches!(free.owner, Owner::Own(_));
+    model
+        .free
+        .iter()
+        .zip(at)
+        .filter(|(free, _)| own(free))
+        .map(|(free, x)| -0.5 * ((x - free.center) / free.spread).powi(2))
+        .sum()
+}
+
 /// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
 /// has to be looked for from what was believed.
 fn strayed(model: &Model, at: &[f64]) -> bool {
@@ -310,14 +368,31 @@ fn fit_best(
     background: &Background<'_>,
     screened: &[(&'static Entry, Vec<Start>)],
     most: usize,
+    unpromising: bool,
 ) -> Result<Vec<(&'static Entry, Model, Fit)>, InputError> {
-    let fits: Result<Vec<_>, InputError> = screened
-        .par_iter()
+    let promising = screened
+        .iter()
         .take(most)
-        .filter(|(_, starts)| gain(starts) > WORTH_A_FIT)
+        .filter(|(_, starts)| gain(starts) > WORTH_A_FIT);
+    // What is never zero may be far off wherever it is tried, until everything else has moved with it.
+    let never_zero = screened
+        .iter()
+        .enumerate()
+        .filter(|(place, (entry, starts))| {
+            let promises = *place < most && gain(starts) > WORTH_A_FIT;
+            unpromising && !promises && !starts.is_empty() && background.never_zero(entry)
+        })
+        .map(|(_, one)| one);
+    let all: Vec<&(&'static Entry, Vec<Start>)> = promising.chain(never_zero).collect();
+    let fits: Result<Vec<_>, InputError> = all
+        .into_par_iter()
         .map(|(entry, starts)| {
             let close = |start: &&Start| start.gain > CLOSE * gain(starts);
-            let starts: Vec<Start> = starts.iter().take(STARTS).filter(close).cloned().collect();
+            let first = starts.iter().take(1);
+            let starts: Vec<Start> = first
+                .chain(starts.iter().take(STARTS).skip(1).filter(close))
+                .cloned()
+                .collect();
             Ok(background
                 .try_effect(entry, &starts)?
                 .map(|(model, fit)| (*entry, model, fit)))

@@ -8,10 +8,12 @@ use super::regime::{Node, Regime};
 use super::search::Hypothesis;
 use crate::inverse::{Added, Record};
 use bristle_plant::effect::Entry;
-use bristle_plant::effect::Kind;
+use bristle_plant::effect::{Kind, Scale};
 
 /// A grid this much coarser than a count is no rounding of the file.
 const COARSER: f64 = 1.5;
+/// Jitter whose noise is less than this part of all other is there on every axis; a grid is there or not.
+const MATTERS: f64 = 0.6;
 /// Jitter counts where it moves the position by this part of a count at the speeds on record.
 const JITTER_COUNTS: f64 = 0.3;
 
@@ -22,8 +24,9 @@ pub fn hypotheses(
     nodes: &[Node],
     noise: &Noise,
     catalogue: &[&'static Entry],
-    inertia_kg_m2: f64,
+    scale: &Scale,
 ) -> Vec<Hypothesis> {
+    let (inertia_kg_m2, believed) = (scale.inertia_kg_m2, scale.rad_per_count);
     let entry = |id: &str| catalogue.iter().copied().find(|entry| entry.id == id);
     let mut found = Vec::new();
     if let Some(entry) = entry("sensor.quantization") {
@@ -31,7 +34,6 @@ pub fn hypotheses(
             .iter()
             .map(|r| r.sensor.grid_rad)
             .fold(f64::INFINITY, f64::min);
-        let believed = records.iter().map(|r| r.rad_per_count).fold(0.0, f64::max);
         if grid.is_finite() && grid > COARSER * believed {
             let extra = |_: &Record, _: f64| (grid * grid - believed * believed) / 12.0;
             found.extend(explains(
@@ -42,6 +44,7 @@ pub fn hypotheses(
                 entry,
                 grid,
                 inertia_kg_m2,
+                0.0,
                 &extra,
             ));
         }
@@ -69,6 +72,7 @@ pub fn hypotheses(
                 entry,
                 jitter,
                 inertia_kg_m2,
+                MATTERS,
                 &extra,
             ));
         }
@@ -89,6 +93,7 @@ fn explains(
     entry: &'static Entry,
     size: f64,
     inertia_kg_m2: f64,
+    matters: f64,
     extra: &dyn Fn(&Record, f64) -> f64,
 ) -> Option<Hypothesis> {
     let (mut squares, mut kept, mut gain) = (0.0, 0.0, 0.0);
@@ -109,7 +114,7 @@ fn explains(
         squares += r * r;
         kept += (r * r - excess).max(0.1 * r * r);
     }
-    if squares <= 0.0 || kept >= squares {
+    if kept * (1.0 + matters * matters) >= squares {
         return None;
     }
     let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();

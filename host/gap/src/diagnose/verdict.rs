@@ -1,13 +1,14 @@
 //! From everything that was tried to a verdict: none, parameters, an effect, several, ambiguous or unknown.
 //!
-//! Scores are held-out log densities over as many nodes as are independent. What an effect explains is a share of the
-//! explainable gap: (before^2 - after^2)/(before^2 - floor^2).
+//! Scores are held-out log densities over as many nodes as are independent. How much is left over is counted in times of
+//! what is open, as the geometric mean over records and regimes: an rms in N m would be decided by whichever regime the
+//! method knows least of. What an effect explains is a share of the logarithm of that.
 
 use super::closed::closed_over;
 use super::held_out::spreads;
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
-use super::search::{Hypothesis, Search};
+use super::search::{Hypothesis, NOISE_ONLY, Search};
 use crate::inverse::{Own, Owner};
 use serde::Serialize;
 
@@ -63,27 +64,37 @@ pub struct Verdict {
     pub moved: Vec<(String, f64, f64, f64)>,
     /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
     pub rms_nm: [f64; 3],
-    /// Rms in sliding after the best hypothesis over its floor: above one, something is left.
-    pub lack_of_fit: f64,
+    /// How many times what is open the best hypothesis leaves over: above one, something is left.
+    pub left_times: f64,
 }
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty.
 const ACCUSES: f64 = 12.0;
-/// Part of the floor that an effect must take away: less is what smoothing leaves at reversals. Nor may it be less than
-/// what a coarse encoder leaves open in presliding.
-const MATTERS: f64 = 0.25;
-/// Weight of all effects that do not matter, as a part of that of none.
-const TOO_SMALL: f64 = 0.2;
-/// A second effect must explain this much more of the explainable gap: less is what a model's own error leaves to it.
+/// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
+/// error leaves to it.
+const MATTERS: f64 = 0.3;
+/// The same for a change of the simulator's own parameters.
+const MOVE_MATTERS: f64 = 0.5;
+/// A second effect must explain this much more of the gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.
-const ALONE: f64 = 0.15;
+const ALONE: f64 = 0.08;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
-/// Left in sliding over the floor, and share of the gap explained, beyond which the effect is not in the catalogue.
-const UNKNOWN: (f64, f64) = (1.5, 0.8);
+/// Times of what is open that are left, and share of the gap explained, beyond which the effect is not in the catalogue.
+const UNKNOWN: (f64, f64) = (1.5, 0.2);
+/// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
+/// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
+const UNKNOWN_IS: (f64, f64) = (-1.0, 3.0);
+const EFFECT_IS: (f64, f64) = (-1.5, 4.0);
+/// The same of the answers that have no such measure.
+const NONE_IS: f64 = 0.75;
+const PARAMETERS_ARE: f64 = 0.5;
+const NOISE_IS: f64 = 0.85;
+/// Of what a verdict leaves open this part is for an effect that no list has.
+const UNKNOWN_ELSE: f64 = 0.2;
 /// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
 const MOVED: (f64, f64) = (4.0, 0.02);
 
@@ -102,100 +113,131 @@ pub fn verdict(search: &Search) -> Verdict {
     let (floor, before) = search.noise.rms(&search.nodes, &base.held_out);
     let after = chosen.map_or(before, |h| search.noise.rms(&search.nodes, &h.held_out).1);
     let best = chosen.unwrap_or(base);
-    let lack_of_fit = lack_of_fit(&search.noise, &search.nodes, &best.fit.left_over);
-    let explained = explained(before, after, floor);
+    let times = |left_over: &[f64]| search.noise.times_open(&search.nodes, left_over);
+    let [given_times, base_times, left_times] =
+        [&search.as_given, &base.held_out, &best.held_out].map(|rest| times(rest));
+    let explained = explained(base_times, left_times);
     let moved = moved(search);
 
     let parameters_help = search.noise.log_density(&search.nodes, &search.as_given);
     let refit_gain = base.score - parameters_help;
-    let given = search.noise.rms(&search.nodes, &search.as_given).1;
-    let refitted = search.noise.rms(&search.nodes, &base.fit.left_over).1;
-    let matters = (MATTERS * floor).max(search.noise.open_beyond_floor_nm(&search.nodes));
-    let moved_matters =
-        refit_gain > ACCUSES && !moved.is_empty() && contribution(given, refitted) > matters;
+    let moved_matters = refit_gain > ACCUSES
+        && !moved.is_empty()
+        && contribution(given_times, base_times) > MOVE_MATTERS;
 
-    let accused = chosen.is_some() && gain > ACCUSES && contribution(before, after) > matters;
-    let left_unknown = lack_of_fit > UNKNOWN.0 && explained < UNKNOWN.1;
+    let of_noise = |h: &Hypothesis| h.ids().iter().all(|id| NOISE_ONLY.contains(id));
+    // What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
+    let spares = |h: &Hypothesis| {
+        h.log_belief - base.log_belief > ACCUSES
+            && contribution(given_times, left_times) > MOVE_MATTERS
+    };
+    let accused = gain > ACCUSES
+        && chosen.is_some_and(|h| {
+            of_noise(h) || spares(h) || contribution(base_times, left_times) > MATTERS
+        });
+    let left_unknown = left_times > UNKNOWN.0 && explained < UNKNOWN.1;
 
-    // Weights of all answers: what is left unexplained counts against every hypothesis alike.
+    let (kind, named) = if left_unknown {
+        (Kind::Unknown, Vec::new())
+    } else if !accused {
+        let kind = if moved_matters {
+            Kind::Parameters
+        } else {
+            Kind::None
+        };
+        (kind, Vec::new())
+    } else if best.added.len() > 1 {
+        let place = ranked.iter().position(|h| h.ids() == best.ids());
+        (Kind::Effects, place.into_iter().collect())
+    } else {
+        let limit = best.score - TIES.0.max(TIES.1 * gain);
+        let tied: Vec<usize> = ranked
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| {
+                let of_structure = inseparable(best.added[0].id, h.added[0].id)
+                    && h.score - base.score > 0.5 * gain;
+                h.added.len() == 1 && (h.score >= limit || of_structure)
+            })
+            .map(|(i, _)| i)
+            .collect();
+        let kind = if tied.len() > 1 {
+            Kind::Ambiguous
+        } else {
+            Kind::Effect
+        };
+        (kind, tied)
+    };
+    let probability = match kind {
+        Kind::Unknown => logistic(UNKNOWN_IS.0 + UNKNOWN_IS.1 * left_times.ln()),
+        Kind::None => NONE_IS,
+        Kind::Parameters => PARAMETERS_ARE,
+        _ if chosen.is_some_and(of_noise) => NOISE_IS,
+        _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
+    };
+
+    // What the verdict does not take is shared by all other answers as their scores say.
     let top = ranked
         .first()
         .map_or(base.score, |h| h.score.max(base.score));
     let weight = |score: f64| ((score - top) / TEMPERATURE).exp();
-    let mut weights: Vec<f64> = ranked
+    let ids: Vec<&str> = named.iter().flat_map(|&i| ranked[i].ids()).collect();
+    let says = |h: &Hypothesis| h.ids().iter().any(|id| ids.contains(id));
+    let weights: Vec<f64> = ranked
         .iter()
         .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
         .collect();
     let plain = weight(base.score);
-    if !accused {
-        // Too small to matter is as good as not there, however clear it is.
-        let sum: f64 = weights.iter().sum();
-        let keep = (TOO_SMALL * plain / sum.max(f64::MIN_POSITIVE)).min(1.0);
-        for w in &mut weights {
-            *w *= keep;
-        }
+    let [mut named_sum, mut others_sum] = [0.0; 2];
+    for (h, w) in ranked.iter().zip(&weights) {
+        *(if says(h) {
+            &mut named_sum
+        } else {
+            &mut others_sum
+        }) += w;
     }
-    // Both must speak for it: much left over, and little explained.
-    let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
-    let unknown = if gain > ACCUSES || lack_of_fit > UNKNOWN.0 {
-        let left = logistic(6.0 * (lack_of_fit - UNKNOWN.0));
-        left.min(logistic(15.0 * (UNKNOWN.1 - explained)))
-    } else {
-        0.01
+    let without_effect = [Kind::None, Kind::Parameters].contains(&kind);
+    let open = 1.0 - probability;
+    let shared = match kind {
+        Kind::Unknown => open,
+        _ => (1.0 - UNKNOWN_ELSE) * open,
     };
-    let sum: f64 = (weights.iter().sum::<f64>() + plain) / (1.0 - unknown);
-    for w in &mut weights {
-        *w /= sum;
+    if !without_effect {
+        others_sum += plain;
     }
+    let mut per_other = shared / others_sum.max(f64::MIN_POSITIVE);
+    let per_named = probability / named_sum.max(f64::MIN_POSITIVE);
+    if !named.is_empty() {
+        // No other answer is more probable than what is named.
+        let least = named.iter().map(|&i| per_named * weights[i]);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let other = ranked.iter().zip(&weights).filter(|(h, _)| !says(h));
+        let most = other.fold(plain, |most, (_, w)| most.max(*w));
+        per_other = per_other.min(least / most.max(f64::MIN_POSITIVE));
+    }
+    let plain = if without_effect {
+        probability
+    } else {
+        plain * per_other
+    };
+    let unknown = match kind {
+        Kind::Unknown => probability,
+        _ => open - per_other * others_sum,
+    };
     let (none, parameters) = if moved_matters {
-        (0.0, plain / sum)
+        (0.0, plain)
     } else {
-        (plain / sum, 0.0)
+        (plain, 0.0)
     };
+    let weights = ranked.iter().zip(weights).map(|(h, w)| {
+        if says(h) {
+            w * per_named
+        } else {
+            w * per_other
+        }
+    });
+    let weights: Vec<f64> = weights.collect();
     let ranked: Vec<(Hypothesis, f64)> = ranked.into_iter().zip(weights).collect();
-
-    let place = |ids: &[&str]| ranked.iter().position(|(h, _)| h.ids() == ids);
-    let (kind, named, probability) = if left_unknown {
-        (Kind::Unknown, Vec::new(), unknown)
-    } else if !accused {
-        if moved_matters {
-            (Kind::Parameters, Vec::new(), parameters)
-        } else {
-            (Kind::None, Vec::new(), none)
-        }
-    } else {
-        let chosen = best;
-        if chosen.added.len() > 1 {
-            let named: Vec<usize> = place(&chosen.ids()).into_iter().collect();
-            let probability = named.iter().map(|&i| ranked[i].1).sum();
-            (Kind::Effects, named, probability)
-        } else {
-            let limit = chosen.score - TIES.0.max(TIES.1 * gain);
-            let tied: Vec<usize> = ranked
-                .iter()
-                .enumerate()
-                .filter(|(_, (h, _))| {
-                    let of_structure = inseparable(chosen.added[0].id, h.added[0].id)
-                        && h.score - base.score > 0.5 * gain;
-                    h.added.len() == 1 && (h.score >= limit || of_structure)
-                })
-                .map(|(i, _)| i)
-                .collect();
-            // With a second effect that is not needed it is still this one.
-            let ids: Vec<&str> = tied.iter().map(|&i| ranked[i].0.added[0].id).collect();
-            let probability = ranked
-                .iter()
-                .filter(|(h, _)| h.ids().iter().any(|id| ids.contains(id)))
-                .map(|(_, p)| p)
-                .sum();
-            let kind = if tied.len() > 1 {
-                Kind::Ambiguous
-            } else {
-                Kind::Effect
-            };
-            (kind, tied, probability)
-        }
-    };
     Verdict {
         kind,
         named,
@@ -206,8 +248,12 @@ pub fn verdict(search: &Search) -> Verdict {
         unknown,
         moved,
         rms_nm: [before, after, floor],
-        lack_of_fit,
+        left_times,
     }
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
 }
 
 /// The best single effect, or the best pair if it is worth its second effect.
@@ -216,10 +262,9 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     let Some(pair) = search.several.first() else {
         return Some(single);
     };
-    let rms = |h: &Hypothesis| search.noise.rms(&search.nodes, &h.held_out).1;
-    let (floor, _) = search.noise.rms(&search.nodes, &single.held_out);
-    let before = rms(&search.base);
-    let share = |h: &Hypothesis| explained(before, rms(h), floor);
+    let times = |h: &Hypothesis| search.noise.times_open(&search.nodes, &h.held_out);
+    let before = times(&search.base);
+    let share = |h: &Hypothesis| explained(before, times(h));
     // Each must explain something by itself: what only helps another one stands for that one's error.
     let alone = |id: &str| {
         search
@@ -228,7 +273,7 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
             .any(|h| h.added[0].id == id && share(h) > ALONE)
     };
     let worth = pair.score - single.score > ACCUSES
-        && contribution(rms(single), rms(pair)) > MATTERS * floor
+        && contribution(times(single), times(pair)) > MATTERS
         && share(pair) - share(single) > SECOND
         && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
@@ -236,9 +281,8 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
 
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], base: &[f64], single: &[f64]) -> bool {
-    let (floor, before) = noise.rms(nodes, base);
-    let left = contribution(noise.rms(nodes, single).1, floor);
-    left > MATTERS * floor && left > SECOND.sqrt() * contribution(before, floor)
+    let [before, left] = [base, single].map(|rest| noise.times_open(nodes, rest));
+    contribution(left, 1.0) > MATTERS && 1.0 - explained(before, left) > SECOND
 }
 
 /// Two effects that no data of effort and motor position tell apart: what differs between them is the controller's or the
@@ -248,34 +292,17 @@ fn inseparable(a: &str, b: &str) -> bool {
     DELAYS.contains(&a) && DELAYS.contains(&b)
 }
 
-/// Rms of what was taken away, were it independent of what is left.
+/// What was taken away, were it independent of what is left.
 fn contribution(before: f64, after: f64) -> f64 {
     (before * before - after * after).max(0.0).sqrt()
 }
 
-/// Share of the explainable square that was taken away.
-fn explained(before: f64, after: f64, floor: f64) -> f64 {
-    let explainable = before * before - floor * floor;
-    if explainable <= 0.0 {
+/// Share of the gap that was taken away, both in times of what is open.
+fn explained(before: f64, after: f64) -> f64 {
+    if before <= 1.0 {
         1.0
     } else {
-        ((before * before - after * after) / explainable).clamp(0.0, 1.0)
-    }
-}
-
-/// Rms in sliding over the floor there.
-fn lack_of_fit(noise: &Noise, nodes: &[Node], left_over: &[f64]) -> f64 {
-    let (mut square, mut floor) = (0.0, 0.0);
-    for (node, r) in nodes.iter().zip(left_over) {
-        if !node.excluded && node.regime == Regime::Sliding {
-            square += r * r;
-            floor += noise.group(node).floor_nm.powi(2);
-        }
-    }
-    if floor > 0.0 {
-        (square / floor).sqrt()
-    } else {
-        1.0
+        (1.0 - after.ln() / before.ln()).clamp(0.0, 1.0)
     }
 }
 

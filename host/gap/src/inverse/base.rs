@@ -10,7 +10,7 @@ use bristle_plant::effect::{self, Kind, Scale};
 /// Deflections below so many counts cannot be seen: the stiffness then stays as it is believed.
 const COUNTS_TO_SEE_PRESLIDING: f64 = 2.0;
 /// The recorder's effort and position may lie apart by this part of a sample; more is a delay of the axis.
-const MOST_SKEW_SAMPLES: f64 = 0.3;
+const MOST_SKEW_SAMPLES: f64 = 0.1;
 
 impl Model {
     /// The simulator with its own parameters free, about what is believed. `doubt` is the standard deviation of a
@@ -140,8 +140,8 @@ fn own(believed: &Believed, records: &[Record], scale: &Scale, doubt: f64) -> Ve
         Owner::Own(Own::Skew),
         Own::Skew.name(unit),
         0.0,
-        // A value is the mean until the next sample; a twentieth of one is doubt enough.
-        0.05 * step_s,
+        // A value is the mean until the next sample; a thirtieth of one is doubt enough.
+        0.03 * step_s,
         [-MOST_SKEW_SAMPLES * step_s, MOST_SKEW_SAMPLES * step_s],
     ));
     free

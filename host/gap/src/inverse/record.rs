@@ -41,7 +41,7 @@ pub struct Record {
     pub position_noise_rad: f64,
     /// Noise of effort after averaging, N m rms, as its second differences show it.
     pub effort_noise_nm: f64,
-    /// Travel of a count as the axis file says it, rad.
+    /// Travel of a count as the axis file says it, or of the grid that the positions show if that is coarser, rad.
     pub rad_per_count: f64,
     /// What the positions say of their sensor.
     pub sensor: Shown,
@@ -79,6 +79,8 @@ impl Record {
     ) -> Result<Self, InputError> {
         let effort = log.effort_nm(axis)?;
         let position = log.position_rad(axis)?;
+        let sensor = shown(&position, log.median_step_s(), believed.rad_per_count());
+        let rad_per_count = believed.rad_per_count().max(sensor.grid_rad);
         let kind = log.best_effort(axis)?.kind;
         let original_s = log.median_step_s();
         let averaged = ((1.0 / original_s / FASTEST_HZ).round() as usize).max(1);
@@ -96,7 +98,7 @@ impl Record {
                 .collect();
             let q = interpolate(time, &position[range.clone()], &even);
             let u = means(time, &effort[range.clone()], &even, original_s);
-            let full_noise = position_noise_rad(&q, believed.rad_per_count());
+            let full_noise = position_noise_rad(&q, rad_per_count);
             noise_rad = f64::max(noise_rad, full_noise / (averaged as f64).sqrt());
             let mut out: Vec<bool> = vec![false; range.len()];
             for part in excluded {
@@ -139,8 +141,8 @@ impl Record {
             kernel,
             position_noise_rad: noise_rad,
             effort_noise_nm,
-            rad_per_count: believed.rad_per_count(),
-            sensor: shown(&position, original_s),
+            rad_per_count,
+            sensor,
         })
     }
 

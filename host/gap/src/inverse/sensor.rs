@@ -1,73 +1,93 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
-/// Increments that may lie off the grid: without one, half of them would.
-const OFF_GRID: f64 = 0.05;
-/// An increment lies on the grid within this part of it.
-const ON_GRID: f64 = 0.25;
-/// Fewest increments that make a grid.
+use realfft::RealFftPlanner;
+
+/// The grid is looked for on positions counted in halves of a count.
+const BINS_PER_COUNT: f64 = 2.0;
+/// Longest range of positions that is counted, bins: 20 bits for four turns.
+const MOST_BINS: usize = 1 << 23;
+/// Coarsest grid that is looked for, counts.
+const COARSEST: f64 = 500.0;
+/// Fewest grid steps that make a grid.
+const FEWEST_STEPS: f64 = 30.0;
+/// Share of positions in step from which they are a grid: noise of a fifth of its step leaves 0.45, none at all without a
+/// grid.
+const IN_STEP: f64 = 0.35;
+/// A bin counts at most so many times the mean of those that are not empty: where an axis rests says nothing of a grid.
+const RESTS: f64 = 3.0;
+/// Fewest samples in each part of the speeds.
 const FEWEST: usize = 50;
-/// Increments beyond so many grid steps say little of the grid: rounding adds up.
-const MOST_STEPS: f64 = 6.0;
 /// Parts of the speeds that noise is measured in.
 const PARTS: usize = 8;
 
 /// The sensor as the positions show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown {
-    /// Step that all positions lie on, rad; zero where there is none.
+    /// Grid that positions lie on, coarser than a count, rad; zero where there is none.
     pub grid_rad: f64,
     /// Noise of time stamps, s rms.
     pub jitter_s: f64,
 }
 
-/// Looks at positions sampled every `step_s`.
-pub fn shown(position_rad: &[f64], step_s: f64) -> Shown {
+/// Looks at positions sampled every `step_s` by an encoder of this count.
+pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     Shown {
-        grid_rad: grid_rad(position_rad),
+        grid_rad: grid_rad(position_rad, rad_per_count),
         jitter_s: jitter_s(position_rad, step_s),
     }
 }
 
-/// The smallest increment, if nearly all others are multiples of it: a coarse sensor behind a fine one rounds twice, so
-/// that its increments are off its grid by a count of the fine one.
-fn grid_rad(position_rad: &[f64]) -> f64 {
-    let span = position_rad.iter().fold(0.0, |m: f64, q| m.max(q.abs()));
-    let mut steps: Vec<f64> = position_rad
-        .windows(2)
-        .map(|q| (q[1] - q[0]).abs())
-        .filter(|&step| step > 1e-12 * span)
-        .collect();
-    if steps.len() < FEWEST {
-        return 0.0;
-    }
-    steps.sort_unstable_by(f64::total_cmp);
-    // The smallest ones, up to one and a half of the very smallest, differ by no more than rounding.
-    let least = steps[0];
-    let small: Vec<f64> = steps
+/// The grid that positions lie on, if it is coarser than a count: the longest wave that how often each position was seen
+/// has in common with a comb. What is noise of a few counts on a coarse sensor blurs its teeth, and leaves them there.
+fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
+    let (low, high) = position_rad
         .iter()
-        .copied()
-        .take_while(|&s| s < 1.5 * least)
-        .collect();
-    let guess = small.iter().sum::<f64>() / small.len() as f64;
-    let near: Vec<f64> = steps
-        .iter()
-        .map(|s| s / guess)
-        .filter(|&n| n < MOST_STEPS)
-        .collect();
-    let off = near
-        .iter()
-        .filter(|n| (*n - n.round()).abs() > ON_GRID)
-        .count();
-    if near.len() < FEWEST || off as f64 > OFF_GRID * near.len() as f64 {
-        return 0.0;
-    }
-    let (sum, count) = steps
-        .iter()
-        .filter(|&s| s / guess < MOST_STEPS)
-        .fold((0.0, 0.0), |(sum, count), s| {
-            (sum + s, count + (s / guess).round())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
+            (low.min(q), high.max(q))
         });
-    sum / count
+    let bin_rad = rad_per_count / BINS_PER_COUNT;
+    let span = (high - low) / bin_rad;
+    if !span.is_finite() || span >= MOST_BINS as f64 || span < FEWEST_STEPS {
+        return 0.0;
+    }
+    let length = (span as usize + 1).next_power_of_two();
+    let mut seen = vec![0.0_f64; length];
+    for q in position_rad {
+        seen[((q - low) / bin_rad).round() as usize % length] += 1.0;
+    }
+    let filled = seen.iter().filter(|&&n| n > 0.0).count();
+    let most = RESTS * position_rad.len() as f64 / filled as f64;
+    for n in &mut seen {
+        *n = n.min(most);
+    }
+    let sum: f64 = seen.iter().sum();
+    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let mut spectrum = plan.make_output_vec();
+    if plan.process(&mut seen, &mut spectrum).is_err() {
+        return 0.0;
+    }
+    // Waves a bin: from the coarsest grid, and enough of its steps, to one and a half counts.
+    let slowest = (length as f64 / (COARSEST * BINS_PER_COUNT))
+        .max(FEWEST_STEPS * length as f64 / span)
+        .ceil() as usize;
+    let fastest = (length as f64 / (1.5 * BINS_PER_COUNT)) as usize;
+    let share = |k: usize| spectrum[k].norm() / sum;
+    let Some(first) = (slowest..fastest).find(|&k| share(k) > IN_STEP) else {
+        return 0.0;
+    };
+    // The top of that line, and between the frequencies of the transform by the parabola through it.
+    let mut top = first;
+    while top + 1 < fastest && share(top + 1) > share(top) {
+        top += 1;
+    }
+    let (a, b, c) = (share(top - 1), share(top), share(top + 1));
+    let bend = a - 2.0 * b + c;
+    let off = if bend < 0.0 {
+        0.5 * (a - c) / bend
+    } else {
+        0.0
+    };
+    bin_rad * length as f64 / (top as f64 + off)
 }
 
 /// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
@@ -118,12 +138,25 @@ mod tests {
 
     #[test]
     fn finds_the_grid_and_none_in_a_fine_encoder() {
-        let coarse: Vec<f64> = (0..5000)
-            .map(|k| (position(k) / 1e-3).floor() * 1e-3)
-            .collect();
-        assert!((shown(&coarse, 1e-3).grid_rad / 1e-3 - 1.0).abs() < 1e-6);
-        let fine: Vec<f64> = (0..5000).map(position).collect();
-        assert_eq!(shown(&fine, 1e-3).grid_rad, 0.0);
+        let count = 1e-4;
+        // A rest at the end, which no grid makes.
+        let moved = |k: usize| position(k.min(8000));
+        let counted = |q: f64| (q / count).round() * count;
+        let coarse = |grid: f64, noise: f64| -> Vec<f64> {
+            (0..10_000)
+                .map(|k| {
+                    let blur = noise * (((k * 7919) % 1000) as f64 / 500.0 - 1.0);
+                    counted((moved(k) / grid).floor() * grid + blur * count)
+                })
+                .collect()
+        };
+        for (grid, noise) in [(1e-3, 0.0), (4e-4, 0.5), (2e-4, 0.3), (3.3e-3, 2.0)] {
+            let found = shown(&coarse(grid, noise), 1e-3, count).grid_rad;
+            // The resolution of a line over 60,000 counts.
+            assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
+        }
+        let fine: Vec<f64> = (0..10_000).map(|k| counted(moved(k))).collect();
+        assert_eq!(shown(&fine, 1e-3, count).grid_rad, 0.0);
     }
 
     #[test]
@@ -136,11 +169,11 @@ mod tests {
         let late: Vec<f64> = (0..20_000)
             .map(|k| position(k) + 1e-4 * draw(k) * 6e0 * (0.002 * k as f64).cos())
             .collect();
-        let jitter = shown(&late, 1e-3).jitter_s;
+        let jitter = shown(&late, 1e-3, 1e-6).jitter_s;
         assert!((0.7e-4..1.4e-4).contains(&jitter), "{jitter:e}");
         let coarse: Vec<f64> = (0..20_000)
             .map(|k| (position(k) / 1e-3).floor() * 1e-3)
             .collect();
-        assert!(shown(&coarse, 1e-3).jitter_s < 0.5e-4);
+        assert!(shown(&coarse, 1e-3, 1e-3).jitter_s < 0.5e-4);
     }
 }

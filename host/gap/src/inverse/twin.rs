@@ -64,13 +64,19 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         .axis(axis.model, step_s, Noise::default(), seed)?
         .starting_at(position[0], velocity[0]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let coarser = record.rad_per_count > 1.01 * axis.rad_per_count();
     let (mut efforts, mut positions) = (Vec::new(), Vec::new());
     for k in 0..samples {
         let motion = simulated.truth().motion;
         let lead = LEADS * LEADS * (position[k] - motion.position_rad)
             + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
         let effort = stretch.effort_nm[k / record.averaged] + inertia * lead;
-        positions.push(simulated.reading().counts as f64 * axis.rad_per_count());
+        let read_rad = simulated.reading().counts as f64 * axis.rad_per_count();
+        positions.push(if coarser {
+            (read_rad / record.rad_per_count).floor() * record.rad_per_count
+        } else {
+            read_rad
+        });
         simulated.advance(effort);
         let noise: f64 = StandardNormal.sample(&mut random);
         efforts.push(effort + noise_nm * noise);
