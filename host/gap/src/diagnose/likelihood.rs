@@ -26,8 +26,8 @@ pub struct Noise {
     groups: Vec<[Group; 3]>,
 }
 
-/// Every model errs: what is left below this part of a group's gap speaks for no effect. Kennedy and O'Hagan 2001, J. R. Stat.
-/// Soc. B 63, call it the discrepancy.
+/// Every model errs: what is left below this part of a group's gap speaks for no effect. Kennedy and O'Hagan 2001,
+/// J. R. Stat. Soc. B 63, call it the discrepancy.
 const DISCREPANCY: f64 = 0.12;
 
 /// Correlation is looked for up to this many nodes, some 0.3 s.

@@ -10,9 +10,10 @@ const MOST_BINS: usize = 1 << 23;
 const COARSEST: f64 = 500.0;
 /// Fewest grid steps that make a grid.
 const FEWEST_STEPS: f64 = 30.0;
-/// Share of positions in step from which they are a grid: noise of a fifth of its step leaves 0.45, none at all without a
-/// grid.
+/// Share of positions in step from which they are a grid: noise of a fifth of its step leaves 0.45.
 const IN_STEP: f64 = 0.35;
+/// The same for few positions: n of them are in step by chance, at one of many grids, to this over the root of n.
+const BY_CHANCE: f64 = 6.0;
 /// A bin counts at most so many times the mean of those that are not empty: where an axis rests says nothing of a grid.
 const RESTS: f64 = 3.0;
 /// Fewest samples in each part of the speeds.
@@ -72,7 +73,8 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
         .ceil() as usize;
     let fastest = (length as f64 / (1.5 * BINS_PER_COUNT)) as usize;
     let share = |k: usize| spectrum[k].norm() / sum;
-    let Some(first) = (slowest..fastest).find(|&k| share(k) > IN_STEP) else {
+    let in_step = IN_STEP.max(BY_CHANCE / (filled as f64).sqrt());
+    let Some(first) = (slowest..fastest).find(|&k| share(k) > in_step) else {
         return 0.0;
     };
     // The top of that line, and between the frequencies of the transform by the parabola through it.

@@ -48,7 +48,7 @@ impl Stage<'_> {
         let Some((log, moved_rad)) = self.play(step)? else {
             return Ok(None);
         };
-        let Ok(record) = Record::new(&log, self.file, self.axis, &[]) else {
+        let Ok(record) = self.prepared(&log) else {
             return Ok(None);
         };
         let (_, joint) = self.judge(vec![record])?;
@@ -68,8 +68,15 @@ impl Stage<'_> {
     /// As [`Self::see`].
     pub fn record(&self, step: &Step) -> Result<Option<Record>, InputError> {
         self.play(step)?
-            .map(|(log, _)| Record::new(&log, self.file, self.axis, &[]))
+            .map(|(log, _)| self.prepared(&log))
             .transpose()
+    }
+
+    /// A log of the axis as it is believed: its encoder is that of the axis file, whatever positions it has seen.
+    fn prepared(&self, log: &Log) -> Result<Record, InputError> {
+        let mut record = Record::new(log, self.file, self.axis, &[])?;
+        record.rad_per_count = self.axis.rad_per_count();
+        Ok(record)
     }
 
     /// What a fit to records of the axis would rest on, at its true parameters.
