@@ -1,9 +1,11 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
+mod about;
 mod bench;
 mod blind;
 mod capture;
 mod check;
+mod commission;
 mod compare;
 mod diagnose;
 mod effects;
@@ -11,6 +13,7 @@ mod identify;
 mod image;
 mod link;
 mod observe;
+mod on;
 mod output;
 mod plan;
 #[cfg(feature = "probe")]
@@ -46,6 +49,7 @@ enum Command {
     Simulate(simulate::Args),
     Plan(plan::Args),
     Run(Box<run::Args>),
+    Commission(Box<commission::Args>),
     Check(check::Args),
     Compare(compare::Args),
     Diagnose(diagnose::Args),
@@ -89,6 +93,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Run(args) => run::run(args),
+        Command::Commission(args) => commission::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Diagnose(args) => diagnose::run(args),

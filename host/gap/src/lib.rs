@@ -6,6 +6,7 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod commission;
 pub mod diagnose;
 pub mod error;
 pub mod experiments;
