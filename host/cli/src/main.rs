@@ -20,6 +20,8 @@ mod plan;
 mod probe;
 mod remote;
 mod run;
+mod scope;
+mod serve;
 mod setup;
 mod simulate;
 mod source;
@@ -56,6 +58,8 @@ enum Command {
     Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Scope(Box<scope::Args>),
+    Serve(serve::Args),
     Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
@@ -100,6 +104,8 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Scope(args) => scope::run(args),
+        Command::Serve(args) => serve::run(args),
         Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {
