@@ -27,6 +27,7 @@ mod simulate;
 mod source;
 mod target;
 mod trials;
+mod tune;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -60,6 +61,7 @@ enum Command {
     Target(target::Args),
     Scope(Box<scope::Args>),
     Serve(serve::Args),
+    Tune(tune::Args),
     Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
@@ -106,6 +108,7 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Target(args) => target::run(args),
         Command::Scope(args) => scope::run(args),
         Command::Serve(args) => serve::run(args),
+        Command::Tune(args) => tune::run(args),
         Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {

@@ -30,6 +30,7 @@ pub mod simulate;
 pub mod stretch;
 mod toml_text;
 pub mod trial;
+pub mod tune;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;
