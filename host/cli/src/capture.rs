@@ -1,13 +1,15 @@
 //! `bristle capture`: the firmware's live stream into a log.
 
+use crate::about;
 use crate::output::{self, Progress, short};
 use crate::source::{self, End, Source};
-use bristle_gap::capture::{Capture, Layout, MOST_FAULTS, Position, Sample, Summary};
-use bristle_gap::output::AtomicFile;
+use bristle_gap::capture::{
+    About, Capture, Layout, MOST_FAULTS, Position, Recorder, Sample, Summary,
+};
 use bristle_gap::report::Table;
 use bristle_gap::{AxisFile, InputError, Unit};
 use serde_json::{Value, json};
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::PathBuf;
 
 /// Ticks a second of the firmware.
@@ -41,7 +43,7 @@ pub struct Args {
         requires = "probe"
     )]
     chip: String,
-    /// Log to write, packed where the name ends in .gz.
+    /// Log to write: CSV, packed where the name ends in .gz, or MCAP where it ends in .mcap.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Axis file, for rate and counts per revolution.
@@ -53,6 +55,9 @@ pub struct Args {
     /// Counts of a revolution, for --position rad; those of the axis file where left out.
     #[arg(long, value_name = "COUNTS", value_parser = output::positive)]
     counts_per_rev: Option<f64>,
+    /// The firmware's image, whose hash a log in MCAP has.
+    #[arg(long, value_name = "FILE")]
+    firmware: Option<PathBuf>,
     /// Position as encoder counts or in rad.
     #[arg(long, value_name = "UNIT", value_parser = ["counts", "rad"], default_value = "counts")]
     position: String,
@@ -66,15 +71,27 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
-    let (rate_hz, position) = scales(args)?;
+    let axis = args.axis.as_ref().map(AxisFile::read).transpose()?;
+    let (rate_hz, position) = scales(args, axis.as_ref())?;
+    let layout = Layout {
+        position,
+        ..Layout::FIRMWARE
+    };
+    let mut about = about::about(rate_hz, layout.unit);
+    if let Some(file) = &axis {
+        about::axis(&mut about, file);
+    }
+    if let Some(path) = &args.firmware {
+        about::firmware(&mut about, path)?;
+    }
     // Before the connection is made: a log that cannot be written should not cost a run.
-    let mut file = AtomicFile::create(&args.out)?;
+    let mut log = Recorder::create(&args.out, layout, &about)?;
     source::catch_interrupts();
     let (name, reader) = open(args)?;
     let capture = Capture::new(rate_hz).at_most(args.seconds.unwrap_or(f64::INFINITY));
-    let (end, summary) = record(reader, capture, position, &mut file)?;
+    let (end, summary) = record(reader, capture, &mut log)?;
     check(&name, &summary, &end)?;
-    file.commit()?;
+    log.commit(&result(&summary, &end))?;
     if let End::Broken(why) = &end {
         output::notices([&format!(
             "{name}: the stream broke: {why}; what came until then is kept"
@@ -88,12 +105,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
 }
 
 /// Rate and position from options and axis file.
-fn scales(args: &Args) -> Result<(f64, Position), InputError> {
-    let axis = match &args.axis {
-        Some(path) => Some((AxisFile::read(path)?, path)),
-        None => None,
-    };
-    if let Some((file, path)) = &axis
+fn scales(args: &Args, axis: Option<&AxisFile>) -> Result<(f64, Position), InputError> {
+    if let (Some(file), Some(path)) = (axis, &args.axis)
         && file.unit == Unit::Linear
     {
         return Err(InputError::new(
@@ -102,8 +115,7 @@ fn scales(args: &Args) -> Result<(f64, Position), InputError> {
             "give an axis file with inertia_kg_m2",
         ));
     }
-    let axis = axis.map(|(file, _)| file);
-    let of_axis = axis.as_ref().and_then(|file| file.observer.rate_hz);
+    let of_axis = axis.and_then(|file| file.observer.rate_hz);
     let rate_hz = args.rate_hz.or(of_axis).unwrap_or(RATE_HZ);
     if args.position == "counts" {
         return Ok((rate_hz, Position::Counts));
@@ -147,33 +159,43 @@ fn open_probe(_selector: &str, _chip: &str) -> Result<Box<dyn Read + Send>, Inpu
 fn record(
     reader: Box<dyn Read + Send>,
     mut capture: Capture,
-    position: Position,
-    file: &mut AtomicFile,
+    log: &mut Recorder,
 ) -> Result<(End, Summary), InputError> {
     let progress = Progress::counting("capture");
-    let written = (|| -> io::Result<(End, Summary)> {
-        let layout = Layout {
-            position,
-            ..Layout::FIRMWARE
-        };
-        layout.header(file)?;
-        let mut row = |sample: &Sample| layout.row(file, sample, None);
-        let end = source::pump(reader, |bytes| {
-            capture.feed(bytes, &mut row)?;
-            let (samples, lost) = capture.counts();
-            progress.say(&format!(
-                "{samples} samples, {lost} lost, {:.1} s",
-                capture.span_s()
-            ));
-            Ok::<bool, io::Error>(!capture.is_done())
-        })?;
-        let summary = match end {
-            End::Enough => capture.summary(),
-            _ => capture.finish(&mut row)?,
-        };
-        Ok((end, summary))
-    })();
-    written.map_err(|error| file.fail(&error))
+    let mut row = |sample: &Sample| log.row(sample, None);
+    let end = source::pump(reader, |bytes| {
+        capture.feed(bytes, &mut row)?;
+        let (samples, lost) = capture.counts();
+        progress.say(&format!(
+            "{samples} samples, {lost} lost, {:.1} s",
+            capture.span_s()
+        ));
+        Ok::<bool, InputError>(!capture.is_done())
+    })?;
+    let summary = match end {
+        End::Enough => capture.summary(),
+        _ => capture.finish(&mut row)?,
+    };
+    Ok((end, summary))
+}
+
+/// What came of it, for a log that has room for it.
+fn result(summary: &Summary, end: &End) -> About {
+    let mut result: About = counts(summary)
+        .into_iter()
+        .map(|(name, count)| (name.to_owned(), count.to_string()))
+        .collect();
+    result.insert("end".to_owned(), ended(end).to_owned());
+    result
+}
+
+fn ended(end: &End) -> &'static str {
+    match end {
+        End::Finished => "to its end",
+        End::Interrupted => "until interrupted",
+        End::Enough => "as long as asked for",
+        End::Broken(_) => "until it broke",
+    }
 }
 
 /// Refuses what is no log.
@@ -206,17 +228,12 @@ fn check(name: &str, summary: &Summary, end: &End) -> Result<(), InputError> {
 }
 
 fn show(summary: &Summary, end: &End) {
-    let ended = match end {
-        End::Finished => "to its end",
-        End::Interrupted => "until interrupted",
-        End::Enough => "as long as asked for",
-        End::Broken(_) => "until it broke",
-    };
     let caption = format!(
-        "{} s from {} s after boot at {} Hz, {ended}",
+        "{} s from {} s after boot at {} Hz, {}",
         short(summary.last_s - summary.first_s),
         short(summary.first_s),
         summary.rate_hz,
+        ended(end),
     );
     let row = |table: Table, name: &str, value: String| table.row(&[name.to_owned(), value]);
     let mut table = Table::new(&caption, &["stream", "count"]);

@@ -88,7 +88,10 @@ impl Link {
         self.down
             .write_all(bytes)
             .map_err(|error| lost(&self.name, &plain(&error)))?;
-        self.sent = Instant::now();
+        // A question or new parameters are no sign of life to the firmware's time-out.
+        if !matches!(command, Command::Get(_) | Command::Set(_)) {
+            self.sent = Instant::now();
+        }
         self.open += 1;
         Ok(self.next_number)
     }

@@ -1,9 +1,11 @@
 //! The `bristle` command: know and close the gap between a servo axis and its model.
 
+mod about;
 mod bench;
 mod blind;
 mod capture;
 mod check;
+mod commission;
 mod compare;
 mod diagnose;
 mod effects;
@@ -11,17 +13,21 @@ mod identify;
 mod image;
 mod link;
 mod observe;
+mod on;
 mod output;
 mod plan;
 #[cfg(feature = "probe")]
 mod probe;
 mod remote;
 mod run;
+mod scope;
+mod serve;
 mod setup;
 mod simulate;
 mod source;
 mod target;
 mod trials;
+mod tune;
 
 use bristle_gap::InputError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -46,12 +52,16 @@ enum Command {
     Simulate(simulate::Args),
     Plan(plan::Args),
     Run(Box<run::Args>),
+    Commission(Box<commission::Args>),
     Check(check::Args),
     Compare(compare::Args),
     Diagnose(diagnose::Args),
     Effects(effects::Args),
     Capture(Box<capture::Args>),
     Target(target::Args),
+    Scope(Box<scope::Args>),
+    Serve(serve::Args),
+    Tune(tune::Args),
     Blind(blind::Args),
     Trials(trials::Args),
     /// Print shell completions.
@@ -89,12 +99,16 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Simulate(args) => simulate::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Run(args) => run::run(args),
+        Command::Commission(args) => commission::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Diagnose(args) => diagnose::run(args),
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
         Command::Target(args) => target::run(args),
+        Command::Scope(args) => scope::run(args),
+        Command::Serve(args) => serve::run(args),
+        Command::Tune(args) => tune::run(args),
         Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),
         Command::Completions { shell } => {

@@ -1,11 +1,13 @@
 //! The firmware behind a link as a bench, on its board or in the emulator: orders down, every sample up.
 
+use crate::about;
 use crate::link::Link;
 use crate::target::{accepted, armed, wind_down};
-use bristle_core::command::{Command, Reply, parameter};
+use bristle_core::command::{Changes, Command, Reply, parameter};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::supervisor::{Fault, State};
-use bristle_gap::capture::{Capture, Sample};
+use bristle_gap::believed::Wiring;
+use bristle_gap::capture::{About, Capture, Sample};
 use bristle_gap::run::{Bench, Phase, Seen, Take};
 use bristle_gap::{Believed, InputError, Unit};
 use std::convert::Infallible;
@@ -29,6 +31,8 @@ pub struct Remote {
     fresh: Vec<Sample>,
     last: Option<Sample>,
     heard: Instant,
+    /// Somebody stands beside the axis who can turn it.
+    pub by_hand: bool,
 }
 
 impl Remote {
@@ -44,6 +48,7 @@ impl Remote {
             fresh: Vec::new(),
             last: None,
             heard: Instant::now(),
+            by_hand: false,
         };
         // The state, and the form of the link, which comes ten times a second.
         let state = |remote: &Self| remote.link.status().and_then(|status| status.state());
@@ -70,19 +75,16 @@ impl Remote {
 
     /// Whether the firmware counts as the axis file says.
     fn agrees(&mut self, axis: &Believed) -> Result<(), InputError> {
-        let Some(number) = parameter("counts_per_rev") else {
-            return Ok(());
-        };
         let expected = axis.counts_per_turn;
-        match self.link.ask(&Command::Get(number))? {
-            Reply::Value { value, .. } if f64::from(value) == expected => Ok(()),
-            Reply::Value { value, .. } => Err(InputError::new(
-                &self.name,
-                format!("the firmware has {value} counts a turn, and the axis file {expected}"),
-                "mend the axis file, or: bristle target counts_per_rev=...",
-            )),
-            reply => accepted("counts_per_rev", reply).map(|_| ()),
+        let value = self.parameter("counts_per_rev")?;
+        if f64::from(value) == expected {
+            return Ok(());
         }
+        Err(InputError::new(
+            &self.name,
+            format!("the firmware has {value} counts a turn, and the axis file {expected}"),
+            "mend the axis file, or: bristle target counts_per_rev=...",
+        ))
     }
 
     /// Takes what has come, and keeps the firmware alive.
@@ -112,6 +114,45 @@ impl Remote {
         Ok(())
     }
 
+    /// Does something without a guess of break-away in the firmware: torque without a count is no fault meanwhile.
+    pub fn without_break_away<T>(
+        &mut self,
+        go: impl FnOnce(&mut Self) -> Result<T, InputError>,
+    ) -> Result<T, InputError> {
+        let before = self.parameter("stuck_torque_nm")?;
+        let limit = self.parameter("torque_limit_nm")?;
+        self.set("stuck_torque_nm", limit)?;
+        let done = go(self);
+        // Whatever went wrong before is what the user should hear of.
+        let restored = self.set("stuck_torque_nm", before);
+        done.and_then(|done| restored.map(|()| done))
+    }
+
+    /// The parameters that the firmware runs on, by name.
+    pub fn parameters(&mut self) -> Result<About, InputError> {
+        let mut asked = About::new();
+        about::parameters(&mut asked, |command| self.link.ask(command))?;
+        Ok(asked)
+    }
+
+    fn parameter(&mut self, name: &str) -> Result<f32, InputError> {
+        let number = parameter(name).unwrap_or(u8::MAX);
+        match self.link.ask(&Command::Get(number))? {
+            Reply::Value { value, .. } => Ok(value),
+            reply => Err(InputError::new(
+                &self.name,
+                format!("no value of {name}: {}", accepted(name, reply)?),
+                "use firmware and program of the same version",
+            )),
+        }
+    }
+
+    fn set(&mut self, name: &str, value: f32) -> Result<(), InputError> {
+        let mut changes = Changes::default();
+        changes.add(parameter(name).unwrap_or(u8::MAX), value);
+        accepted(name, self.link.ask(&Command::Set(changes))?).map(|_| ())
+    }
+
     /// Torque down by a ramp, then the drive away.
     pub fn finish(mut self) -> Result<(), InputError> {
         wind_down(&mut self.link).map(|_| ())
@@ -125,6 +166,13 @@ pub fn check(axis: &Believed) -> Result<(), InputError> {
             "axis file",
             "is of a linear axis, and the firmware knows rotary ones",
             "give one with inertia_kg_m2, or use --on virtual",
+        ));
+    }
+    if axis.wiring != Wiring::default() {
+        return Err(InputError::new(
+            "axis file",
+            "has a sign of -1, and the firmware has none",
+            "swap the encoder's lines A and B, or the sense of the drive, and leave encoder_sign and torque_sign out",
         ));
     }
     if axis.rate_hz != RATE_HZ {
@@ -198,6 +246,39 @@ impl Bench for Remote {
             self.fresh.clear();
         }
         Ok(())
+    }
+
+    fn turned_by_hand(
+        &mut self,
+        turns: f64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<i64>, InputError> {
+        if !self.by_hand {
+            return Ok(None);
+        }
+        accepted("disarm", self.link.ask(&Command::Disarm)?)?;
+        eprintln!(
+            "turn the axis forward by hand, {turns} turns from mark to mark, then press Enter"
+        );
+        let (done, enter) = channel();
+        std::thread::spawn(move || {
+            let read = std::io::stdin().read_line(&mut String::new());
+            // Who waited may have given up.
+            let _ = done.send(read.is_ok());
+        });
+        self.listen()?;
+        let from = self.counts();
+        while go_on() && enter.try_recv().is_err() {
+            self.listen()?;
+            self.fresh.clear();
+        }
+        let counts = self.counts() - from;
+        if !go_on() {
+            return Ok(Some(counts));
+        }
+        accepted("arm", self.link.ask(&Command::Arm)?)?;
+        armed(&mut self.link)?;
+        Ok(Some(counts))
     }
 
     fn counts(&self) -> i64 {

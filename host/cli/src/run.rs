@@ -1,25 +1,21 @@
 //! `bristle run`: experiments on the virtual axis, on the emulated firmware or on the board, each into a log.
 
-use crate::image::Emulator;
+use crate::about;
+use crate::on::{On, Place, only};
 use crate::output::{self, Progress, short};
 use crate::remote::{self, Remote};
 use crate::setup::{Real, Setup};
 use crate::source;
 use bristle_core::experiment::End;
 use bristle_core::supervisor::Fault;
-use bristle_gap::capture::{Layout, Position};
+use bristle_gap::capture::{About, Layout, Position};
 use bristle_gap::experiments::Named;
 use bristle_gap::plan::{Plan, Step};
 use bristle_gap::report::Table;
 use bristle_gap::run::{Bench, Done, Run, Virtual, Watch};
 use bristle_gap::{Believed, InputError, Unit};
-use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-
-/// Where `cargo` puts the emulator and the firmware, from the root of the sources.
-const EMULATOR: &str = "host-tests/image/target/release/emulate";
-const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
 
 /// Play an experiment, or a plan of several, and record a log of each.
 ///
@@ -43,49 +39,29 @@ pub struct Args {
     /// Axis file.
     #[arg(long, value_name = "FILE")]
     axis: PathBuf,
-    /// Log of an experiment, packed where the name ends in .gz; folder for the logs of a plan.
+    /// Log of an experiment: CSV, packed where the name ends in .gz, or MCAP where it ends in .mcap; folder for the logs
+    /// of a plan.
     #[arg(long, value_name = "FILE|FOLDER")]
     out: PathBuf,
-    /// On what.
-    #[arg(long, value_enum, default_value_t = On::Virtual)]
-    on: On,
+    #[command(flatten)]
+    place: Place,
     /// Length of an experiment, where it is not a plan that says so.
     #[arg(long, value_name = "S", value_parser = output::positive)]
     seconds: Option<f64>,
     /// Pack the logs of a plan.
     #[arg(long)]
     gzip: bool,
+    /// Write the logs of a plan as MCAP.
+    #[arg(long, conflicts_with = "gzip")]
+    mcap: bool,
     #[command(flatten)]
     real: Real,
     /// Also write the true torque, velocity, deflection and friction of the virtual axis.
     #[arg(long)]
     truth: bool,
-    /// With --on target: server of RTT down channel 0, tcp:HOST:PORT.
-    #[arg(long, value_name = "SERVER", value_parser = source::tcp)]
-    to: Option<String>,
-    /// With --on target: server of RTT up channel 1, where that is another one.
-    #[arg(long, value_name = "SERVER", value_parser = source::tcp)]
-    answers: Option<String>,
-    /// With --on image: the firmware's image.
-    #[arg(long, value_name = "FILE", default_value = FIRMWARE)]
-    firmware: PathBuf,
-    /// With --on image: the emulator.
-    #[arg(long, value_name = "FILE", default_value = EMULATOR)]
-    emulator: PathBuf,
     /// Also write the results as JSON; `-` for standard output. A plan leaves them in its folder as run.json.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-}
-
-/// On what experiments run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum On {
-    /// The simulated axis of the axis file.
-    Virtual,
-    /// The firmware's image in the emulator, on the axis of axes/bench.toml.
-    Image,
-    /// The firmware on its board, through RTT servers.
-    Target,
 }
 
 /// Runs the subcommand.
@@ -113,14 +89,26 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let place = |number: usize, step: &Step| match named {
         Some(_) => args.out.clone(),
         None => args.out.join(format!(
-            "{:02}-{}.csv{}",
+            "{:02}-{}.{}",
             number + 1,
             step.name(),
-            if args.gzip { ".gz" } else { "" }
+            match (args.mcap, args.gzip) {
+                (true, _) => "mcap",
+                (_, true) => "csv.gz",
+                _ => "csv",
+            }
         )),
     };
-    let run = Run {
+    let mut about = about::about(axis.rate_hz, axis.unit);
+    about::axis(&mut about, &setup.file);
+    let image = args.place.firmware();
+    // The emulator says what is wrong with an image that is not there.
+    if args.place.firmware.is_some() || (args.place.on == On::Image && image.is_file()) {
+        about::firmware(&mut about, image)?;
+    }
+    let mut run = Run {
         axis,
+        about,
         layout: Layout {
             position: Position::Counts,
             unit: axis.unit,
@@ -128,7 +116,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         },
     };
     let mut watch = Screen::new(&plan, axis);
-    let played = on_bench(args, &setup, &real, &plan, &mut |bench| {
+    let played = on_bench(args, &setup, &real, &plan, &mut |bench, asked| {
+        run.about.extend(asked);
         run.play(&plan, bench, &place, &mut watch)
     });
     let done = watch.finish();
@@ -138,32 +127,11 @@ pub fn run(args: &Args) -> Result<(), InputError> {
 
 /// Options that belong together.
 fn consistent(args: &Args) -> Result<(), InputError> {
-    let only = |given: bool, option: &str, on: &str| {
-        if given {
-            Err(InputError::new(
-                option,
-                format!("is for --on {on} only"),
-                "leave it out",
-            ))
-        } else {
-            Ok(())
-        }
-    };
-    if args.on != On::Virtual {
+    if args.place.on != On::Virtual {
         only(args.real.is_given(), "--effect or noise", "virtual")?;
         only(args.truth, "--truth", "virtual")?;
     }
-    if args.on != On::Target {
-        only(args.to.is_some(), "--to", "target")?;
-        only(args.answers.is_some(), "--answers", "target")?;
-    } else if args.to.is_none() {
-        return Err(InputError::new(
-            "--on target",
-            "needs the server of the board's link",
-            "give --to tcp:HOST:PORT, such as OpenOCD's `rtt server start 9091 0`",
-        ));
-    }
-    Ok(())
+    args.place.consistent()
 }
 
 fn alone(named: Named, seconds: Option<f64>, axis: &Believed) -> Result<Plan, InputError> {
@@ -208,32 +176,31 @@ fn on_bench(
     setup: &Setup,
     real: &Believed,
     plan: &Plan,
-    play: &mut dyn FnMut(&mut dyn Bench) -> Result<(), InputError>,
+    play: &mut dyn FnMut(&mut dyn Bench, About) -> Result<(), InputError>,
 ) -> Result<(), InputError> {
     let axis = &setup.believed;
-    let over = |to: &str, answers: Option<&str>, play: &mut dyn FnMut(&mut dyn Bench) -> _| {
-        let mut bench = Remote::new(to, answers, axis)?;
-        let played: Result<(), InputError> = play(&mut bench);
-        let ended = bench.finish();
-        // Whatever went wrong before is what the user should hear of.
-        played.and(ended)
-    };
-    match args.on {
+    let over =
+        |to: &str, answers: Option<&str>, play: &mut dyn FnMut(&mut dyn Bench, About) -> _| {
+            let mut bench = Remote::new(to, answers, axis)?;
+            let asked = bench.parameters();
+            let played: Result<(), InputError> = asked.and_then(|asked| play(&mut bench, asked));
+            let ended = bench.finish();
+            // Whatever went wrong before is what the user should hear of.
+            played.and(ended)
+        };
+    match args.place.on {
         On::Virtual => {
             let mut bench = Virtual::new(axis, real, args.real.noise(), args.real.seed())?;
-            play(&mut bench)
+            play(&mut bench, About::new())
         }
         On::Image => {
             remote::check(axis)?;
             // Ways back come on top, and a machine that is slow.
             let seconds = 120 + 2 * plan.total_s(axis).ceil() as u64;
-            let emulator = Emulator::start(&args.emulator, &args.firmware, seconds)?;
+            let emulator = args.place.emulator(seconds)?;
             over(&emulator.address, None, play)
         }
-        On::Target => {
-            let to = args.to.as_deref().unwrap_or_default();
-            over(to, args.answers.as_deref(), play)
-        }
+        On::Target => over(args.place.to(), args.place.answers(), play),
     }
 }
 
@@ -381,8 +348,8 @@ fn as_json(args: &Args, setup: &Setup, plan: &Plan, done: &[Done]) -> Value {
         "schema": 1,
         "what": args.what,
         "axis": setup.name,
-        "on": args.on.to_possible_value().map(|value| value.get_name().to_owned()),
-        "seed": (args.on == On::Virtual).then_some(args.real.seed()),
+        "on": args.place.on.name(),
+        "seed": (args.place.on == On::Virtual).then_some(args.real.seed()),
         "effects": args.real.effect,
         "interrupted": source::interrupted(),
         "planned": plan.steps.len(),

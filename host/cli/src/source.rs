@@ -138,13 +138,29 @@ pub fn plain(error: &io::Error) -> String {
 
 /// From here on Ctrl-C, or a request to end, only sets a mark; a second one ends the program at once.
 pub fn catch_interrupts() {
-    // Where it cannot be caught, Ctrl-C ends the program without a log: no reason not to try.
-    let _ = ctrlc::try_set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
+    // It refuses where one of the signals is ignored: a lost terminal is, under nohup, and stays so.
+    if ctrlc::try_set_handler(stop).is_err() {
+        catch_the_others();
+    }
 }
+
+fn stop() {
+    if STOP.swap(true, Ordering::Relaxed) {
+        std::process::exit(130);
+    }
+}
+
+#[cfg(unix)]
+fn catch_the_others() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    // Where they cannot be caught, they end the program without a log: no reason not to try.
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) {
+        std::thread::spawn(move || signals.forever().for_each(|_| stop()));
+    }
+}
+
+#[cfg(not(unix))]
+fn catch_the_others() {}
 
 /// Whether Ctrl-C was pressed.
 pub fn interrupted() -> bool {

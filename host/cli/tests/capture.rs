@@ -141,13 +141,25 @@ fn a_server_is_a_source_and_jlink_is_told_the_channel() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_what_came() {
-    for signal in ["-INT", "-TERM"] {
+    for (signal, hang_up) in [("-INT", false), ("-TERM", false), ("-INT", true)] {
         let folder = tempfile::tempdir().unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("tcp:{}", listener.local_addr().unwrap());
-        let child = bristle(folder.path())
+        let mut command = if hang_up {
+            // Under nohup a lost terminal is ignored, and goes on being so.
+            let mut command = Command::new("nohup");
+            command
+                .current_dir(folder.path())
+                .args([env!("CARGO_BIN_EXE_bristle"), "capture"]);
+            command
+        } else {
+            bristle(folder.path())
+        };
+        let child = command
             .args(["--from", &address, "--out", "log.csv.gz"])
+            .stdin(Stdio::null())
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         let (mut link, _) = listener.accept().unwrap();
@@ -156,10 +168,15 @@ fn an_interrupt_keeps_what_came() {
         link.write_all(&bytes[..bytes.len() - 20]).unwrap();
         std::thread::sleep(Duration::from_millis(300));
         assert!(!names(folder.path()).contains(&"log.csv.gz".to_owned()));
-        let killed = Command::new("kill")
-            .args([signal, &child.id().to_string()])
-            .status();
-        assert!(killed.unwrap().success());
+        let kill = |signal: &str| {
+            let words = [signal, &child.id().to_string()];
+            assert!(Command::new("kill").args(words).status().unwrap().success());
+        };
+        if hang_up {
+            kill("-HUP");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        kill(signal);
         let output = child.wait_with_output().unwrap();
         assert!(output.status.success(), "{output:?}");
         let text = String::from_utf8_lossy(&output.stdout);
@@ -217,4 +234,56 @@ fn without_a_probe_it_says_so() {
     };
     assert!(text.starts_with(expected), "{text}");
     assert!(names(folder.path()).is_empty());
+}
+
+/// Reads an MCAP file with the format's own Python library: messages of each topic, the last tick and position, and what
+/// the file says of its losses.
+const READ_MCAP: &str = r#"
+import json, sys
+from mcap.reader import make_reader
+with open(sys.argv[1], "rb") as file:
+    reader = make_reader(file)
+    counts, last = {}, None
+    for schema, channel, message in reader.iter_messages():
+        counts[channel.topic] = counts.get(channel.topic, 0) + 1
+        assert schema.encoding == "jsonschema" and channel.message_encoding == "json"
+        if channel.topic == "/axis":
+            last = json.loads(message.data)
+            assert set(last) == set(json.loads(schema.data)["properties"])
+    about = {record.name: record.metadata for record in reader.iter_metadata()}
+    assert reader.get_summary().statistics.message_count == sum(counts.values())
+print(counts["/axis"], last["tick"], last["position_counts"], about["result"]["samples lost, by their numbers"],
+      about["capture"]["firmware_sha256"][:8])
+"#;
+
+#[test]
+fn mcap_is_read_by_the_formats_own_python_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = [stream(0..30_000), stream(30_100..40_000)].concat();
+    std::fs::write(folder.path().join("trace.bin"), bytes).unwrap();
+    std::fs::write(folder.path().join("image.elf"), "abc").unwrap();
+    let words = [
+        "--from",
+        "trace.bin",
+        "--out",
+        "log.mcap",
+        "--firmware",
+        "image.elf",
+    ];
+    let output = run(folder.path(), &words);
+    assert!(output.status.success(), "{output:?}");
+    let python = std::env::var("BRISTLE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let has = Command::new(&python).args(["-c", "import mcap"]).output();
+    if !has.is_ok_and(|has| has.status.success()) {
+        eprintln!("SKIPPED: no Python with the package mcap; name one by BRISTLE_PYTHON");
+        return;
+    }
+    let read = Command::new(python)
+        .args(["-c", READ_MCAP, "log.mcap"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&read.stdout);
+    // SHA-256 of "abc" begins so, by FIPS 180-2.
+    assert_eq!(text.trim(), "39900 39999 39999 100 ba7816bf", "{read:?}");
 }

@@ -224,6 +224,8 @@ fn firmware(mut link: TcpStream, parameters: &Parameters) {
         match link.read(&mut buffer) {
             Ok(0) => return,
             Ok(count) => assert_eq!(frames.feed(&buffer[..count]), count),
+            // A client that leaves samples unread resets the connection.
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => return,
             Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
         }
         let mut out = Vec::new();
@@ -373,4 +375,59 @@ fn over_a_link_what_does_not_fit_is_refused() {
         "{text}"
     );
     assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let kinds = [
+        "sine",
+        "pulse",
+        "reversals",
+        "ladder",
+        "prbs",
+        "dahl-ramp",
+        "break-away",
+        "multisine",
+        "moves",
+    ];
+    let steps = kinds.map(|kind| format!("[[experiment]]\nkind = \"{kind}\"\nseconds = 1.5\n"));
+    let plan = format!("[plan]\nrest_s = 0.1\n{}", steps.concat());
+    std::fs::write(folder.path().join("plan.toml"), plan).unwrap();
+    let output = over_a_link(folder.path(), &["plan.toml", "--out", "linked"], BENCH);
+    assert!(output.status.success(), "{output:?}");
+    let output = run(folder.path(), &["plan.toml", "--out", "alone"]);
+    assert!(output.status.success(), "{output:?}");
+    let logs = |place: &str| {
+        (1..)
+            .zip(kinds)
+            .map(|(n, kind)| format!("{place}/{n:02}-{kind}.csv"))
+            .collect::<Vec<_>>()
+    };
+    for (linked, alone) in logs("linked").iter().zip(&logs("alone")) {
+        let [linked, alone] = [linked, alone].map(|log| folder.path().join(log));
+        assert_eq!(header(&linked), header(&alone));
+        assert_eq!(
+            Log::read(&linked).unwrap().len(),
+            15_000,
+            "{}",
+            linked.display()
+        );
+    }
+    for (command, out, logs) in [
+        ("identify", "--out", &logs("linked")[6..]),
+        ("diagnose", "--report", &logs("linked")[7..]),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_bristle"))
+            .current_dir(folder.path())
+            .args([command, out, "result", "--json", "result.json", "--axis"])
+            .arg(axis_path())
+            .args(logs)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let json = std::fs::read(folder.path().join("result.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        assert_eq!(json["schema"], 1, "{command}");
+    }
 }

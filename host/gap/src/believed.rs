@@ -43,6 +43,8 @@ pub struct Believed {
     pub load: Option<Load>,
     /// Encoder counts per turn or metre.
     pub counts_per_turn: f64,
+    /// The wiring: it lies between controller and axis, and neither knows of it.
+    pub wiring: Wiring,
     /// Which friction model.
     pub model: FrictionModel,
     /// F_C.
@@ -79,6 +81,15 @@ pub struct Believed {
     pub assumed: Vec<String>,
     path: PathBuf,
     file: AxisFile,
+}
+
+/// Which way encoder and drive are wired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wiring {
+    /// The encoder counts down as the axis moves forward.
+    pub encoder_reversed: bool,
+    /// The drive pushes backward at a positive reference.
+    pub torque_reversed: bool,
 }
 
 impl Believed {
@@ -196,6 +207,10 @@ impl Believed {
             inertia_kg_m2: inertia,
             load,
             counts_per_turn,
+            wiring: Wiring {
+                encoder_reversed: file.axis.encoder_sign == Some(-1.0),
+                torque_reversed: file.drive.torque_sign == Some(-1.0),
+            },
             model: friction.model.unwrap_or(FrictionModel::ElastoPlastic),
             coulomb_nm,
             stiction_nm,
@@ -218,12 +233,17 @@ impl Believed {
         })
     }
 
+    /// A turn, rad; of a linear axis a metre.
+    pub fn turn_rad(&self) -> f64 {
+        match self.unit {
+            Unit::Rotary => std::f64::consts::TAU,
+            Unit::Linear => 1.0,
+        }
+    }
+
     /// Travel of one encoder count, rad.
     pub fn rad_per_count(&self) -> f64 {
-        match self.unit {
-            Unit::Rotary => std::f64::consts::TAU / self.counts_per_turn,
-            Unit::Linear => 1.0 / self.counts_per_turn,
-        }
+        self.turn_rad() / self.counts_per_turn
     }
 
     /// Inertia of motor and load together.

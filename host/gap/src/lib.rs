@@ -6,6 +6,7 @@
 pub mod axis_file;
 pub mod believed;
 pub mod capture;
+pub mod commission;
 pub mod diagnose;
 pub mod error;
 pub mod experiments;
@@ -29,6 +30,7 @@ pub mod simulate;
 pub mod stretch;
 mod toml_text;
 pub mod trial;
+pub mod tune;
 
 pub use axis_file::AxisFile;
 pub use believed::Believed;

@@ -158,7 +158,8 @@ fn finish(path: &Path, sink: Sink) -> io::Result<()> {
     }
 }
 
-fn failed(path: &Path, error: &io::Error) -> InputError {
+/// The error of a path that cannot be written.
+pub(crate) fn failed(path: &Path, error: &io::Error) -> InputError {
     InputError::new(
         path,
         format!("cannot be written: {error}"),

@@ -62,6 +62,7 @@ fn fit(range: Range, value: f64) -> f64 {
         Range::NotZero if value == 0.0 => 1.0,
         Range::NotZero => value,
         Range::Positive => value.abs().max(f64::MIN_POSITIVE),
+        Range::Sign => 1.0_f64.copysign(value),
         Range::NotNegative => value.abs(),
         Range::Part => (value.abs() / f64::MAX) * 0.999,
         Range::Whole => (value.abs() / f64::MAX * 1000.0).floor(),

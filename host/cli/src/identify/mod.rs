@@ -216,7 +216,7 @@ fn provenance(args: &Args) -> Result<Provenance, InputError> {
     })
 }
 
-fn sha256(path: &Path) -> Result<String, InputError> {
+pub fn sha256(path: &Path) -> Result<String, InputError> {
     let bytes = std::fs::read(path).map_err(|error| {
         InputError::new(
             path,

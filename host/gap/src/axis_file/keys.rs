@@ -12,6 +12,8 @@ pub enum Range {
     NotZero,
     /// Above zero.
     Positive,
+    /// 1 or -1.
+    Sign,
     /// Zero or above.
     NotNegative,
     /// From zero to below one.
@@ -28,6 +30,7 @@ impl Range {
                 Range::Any => true,
                 Range::NotZero => value != 0.0,
                 Range::Positive => value > 0.0,
+                Range::Sign => value.abs() == 1.0,
                 Range::NotNegative => value >= 0.0,
                 Range::Part => (0.0..1.0).contains(&value),
                 Range::Whole => value.fract() == 0.0 && (0.0..=1000.0).contains(&value),
@@ -40,6 +43,7 @@ impl Range {
             Range::Any => "a finite number",
             Range::NotZero => "a finite number other than zero",
             Range::Positive => "a finite number above zero",
+            Range::Sign => "1 or -1",
             Range::NotNegative => "a finite number, zero or above",
             Range::Part => "from 0 to below 1",
             Range::Whole => "a whole number from 0 to 1000",
@@ -110,6 +114,7 @@ pub(super) const INERTIA: (&str, &str) = ("inertia_kg_m2", "mass_kg");
 /// All numeric keys, in the order in which they are written.
 pub const KEYS: &[Key] = keys! {
     axis "counts_per_rev" "counts_per_m" Positive counts_per_turn,
+    axis "encoder_sign" "encoder_sign" Sign encoder_sign,
     axis "torque_constant_nm_a" "force_constant_n_a" NotZero torque_constant,
     axis "torque_per_volt_nm_v" "force_per_volt_n_v" NotZero torque_per_volt,
     axis "load_inertia_kg_m2" "load_mass_kg" Positive load_inertia,
@@ -128,6 +133,7 @@ pub const KEYS: &[Key] = keys! {
     friction "dwell_s" "dwell_s" Positive dwell_s,
     friction "rest_velocity_rad_s" "rest_velocity_m_s" Positive rest_velocity,
     drive "lag_s" "lag_s" NotNegative lag_s,
+    drive "torque_sign" "force_sign" Sign torque_sign,
     drive "torque_limit_nm" "force_limit_n" Positive torque_limit,
     drive "speed_limit_rad_s" "speed_limit_m_s" Positive speed_limit,
     drive "travel_limit_rad" "travel_limit_m" Positive travel_limit,

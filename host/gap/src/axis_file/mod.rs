@@ -35,6 +35,8 @@ pub struct Axis {
     pub inertia: f64,
     /// Encoder counts a revolution or a metre; `None`: fine enough to ignore.
     pub counts_per_turn: Option<f64>,
+    /// -1 where the encoder counts down as the axis moves forward; 1 where not given.
+    pub encoder_sign: Option<f64>,
     /// N m/A or N/A.
     pub torque_constant: Option<f64>,
     /// N m/V or N/V.
@@ -85,6 +87,8 @@ pub struct Friction {
 pub struct Drive {
     /// Time constant of the first-order lag, s.
     pub lag_s: Option<f64>,
+    /// -1 where the drive pushes backward at a positive reference; 1 where not given.
+    pub torque_sign: Option<f64>,
     /// The drive's own limit, N m or N.
     pub torque_limit: Option<f64>,
     /// Fastest that the axis may move, rad/s or m/s.

@@ -4,9 +4,13 @@
 //! numbers begin anew, since the microcontroller did, time goes on after a second, and the count of ticks and the
 //! encoder's from there.
 
+mod mcap;
+mod recorder;
 mod summary;
 mod write;
 
+pub use self::mcap::About;
+pub use recorder::Recorder;
 pub use summary::{FaultSeen, LimitSeen, MOST_FAULTS, Summary};
 pub use write::{Layout, Position};
 
@@ -302,5 +306,7 @@ impl Notes {
     }
 }
 
+#[cfg(test)]
+mod mcap_tests;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,10 @@
 //! Samples as rows of a log.
 
 use super::Sample;
+use bristle_core::experiment::End;
+use bristle_core::supervisor::{Limit, State};
 use bristle_core::trace::{
-    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN, Status,
+    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN,
 };
 use bristle_plant::Unit;
 use bristle_plant::axis::Truth;
@@ -47,11 +49,8 @@ impl Layout {
         truth: false,
     };
 
-    /// Writes the header row.
-    ///
-    /// # Errors
-    /// As the writer.
-    pub fn header(&self, to: &mut dyn Write) -> io::Result<()> {
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<&'static str> {
         let [torque, position, velocity, z_luenberger, z_time_free] = match self.unit {
             Unit::Rotary => [
                 "torque_ref_nm",
@@ -72,26 +71,85 @@ impl Layout {
             Position::Counts => "position_counts",
             Position::Rad { .. } => position,
         };
-        write!(
-            to,
-            "time_s,{torque},{position},{velocity},{z_luenberger},{z_time_free},tick,state,limit,fault"
-        )?;
-        for (name, _) in FLAGS {
-            write!(to, ",{name}")?;
+        let mut names = vec![
+            "time_s",
+            torque,
+            position,
+            velocity,
+            z_luenberger,
+            z_time_free,
+            "tick",
+            "state",
+            "limit",
+            "fault",
+        ];
+        names.extend(FLAGS.map(|(name, _)| name));
+        names.push("ended");
+        if self.truth {
+            names.extend(match self.unit {
+                Unit::Rotary => [
+                    "true_torque_nm",
+                    "true_velocity_rad_s",
+                    "true_z_rad",
+                    "true_friction_nm",
+                ],
+                Unit::Linear => [
+                    "true_force_n",
+                    "true_velocity_m_s",
+                    "true_z_m",
+                    "true_friction_n",
+                ],
+            });
         }
-        write!(to, ",ended")?;
-        match (self.truth, self.unit) {
-            (false, _) => {}
-            (true, Unit::Rotary) => write!(
-                to,
-                ",true_torque_nm,true_velocity_rad_s,true_z_rad,true_friction_nm"
-            )?,
-            (true, Unit::Linear) => write!(
-                to,
-                ",true_force_n,true_velocity_m_s,true_z_m,true_friction_n"
-            )?,
+        names
+    }
+
+    /// Gives the values of a sample, in the order of the names. `truth` is for a layout that has it.
+    pub(super) fn values(
+        &self,
+        sample: &Sample,
+        truth: Option<&Truth>,
+        mut give: impl FnMut(Value),
+    ) {
+        let record = &sample.record;
+        give(Value::Double(sample.time_s));
+        give(Value::Single(record.torque_ref_nm));
+        give(match self.position {
+            Position::Counts => Value::Whole(sample.counts),
+            Position::Rad { counts_per_turn } => {
+                let turns = sample.counts as f64 / counts_per_turn;
+                Value::Double(turns * std::f64::consts::TAU)
+            }
+        });
+        give(Value::Single(record.velocity_rad_s));
+        give(Value::Single(record.z_luenberger_rad));
+        give(Value::Single(record.z_time_free_rad));
+        give(Value::Whole(i64::from(record.tick)));
+        let status = record.status;
+        let [state, limit, fault, flags] = status.0.to_le_bytes();
+        give(Value::Code(state, status.state().map(State::text)));
+        give(Value::Code(limit, status.limit().map(Limit::text)));
+        give(Value::Whole(i64::from(fault)));
+        for (_, flag) in FLAGS {
+            give(Value::Whole(i64::from(flags & flag != 0)));
         }
-        writeln!(to)
+        let ended = flags >> END_SHIFT;
+        give(Value::Code(ended, status.ended().map(End::text)));
+        if self.truth {
+            let truth = truth.copied().unwrap_or_default();
+            give(Value::Double(truth.torque_nm));
+            give(Value::Double(truth.motion.velocity_rad_s));
+            give(Value::Double(truth.z_rad));
+            give(Value::Double(truth.friction_nm));
+        }
+    }
+
+    /// Writes the header row.
+    ///
+    /// # Errors
+    /// As the writer.
+    pub fn header(&self, to: &mut dyn Write) -> io::Result<()> {
+        writeln!(to, "{}", self.names().join(","))
     }
 
     /// Writes a row. Numbers are the shortest that read back equal in the precision of the microcontroller. `truth` is
@@ -105,50 +163,31 @@ impl Layout {
         sample: &Sample,
         truth: Option<&Truth>,
     ) -> io::Result<()> {
-        let record = &sample.record;
-        write!(to, "{:?},{:?},", sample.time_s, record.torque_ref_nm)?;
-        match self.position {
-            Position::Counts => write!(to, "{}", sample.counts)?,
-            Position::Rad { counts_per_turn } => {
-                let turns = sample.counts as f64 / counts_per_turn;
-                write!(to, "{:?}", turns * std::f64::consts::TAU)?;
+        let mut written = Ok(());
+        let mut comma = "";
+        self.values(sample, truth, |value| {
+            if written.is_ok() {
+                written = match value {
+                    Value::Single(value) => write!(to, "{comma}{value:?}"),
+                    Value::Double(value) => write!(to, "{comma}{value:?}"),
+                    Value::Whole(value) => write!(to, "{comma}{value}"),
+                    Value::Code(_, Some(word)) => write!(to, "{comma}{word}"),
+                    Value::Code(number, None) => write!(to, "{comma}{number}"),
+                };
             }
-        }
-        write!(
-            to,
-            ",{:?},{:?},{:?},{}",
-            record.velocity_rad_s, record.z_luenberger_rad, record.z_time_free_rad, record.tick
-        )?;
-        write_status(to, record.status)?;
-        if self.truth {
-            let truth = truth.copied().unwrap_or_default();
-            write!(
-                to,
-                ",{:?},{:?},{:?},{:?}",
-                truth.torque_nm, truth.motion.velocity_rad_s, truth.z_rad, truth.friction_nm
-            )?;
-        }
+            comma = ",";
+        });
+        written?;
         writeln!(to)
     }
 }
 
-/// State and limit in words where they have some, the rest as numbers.
-fn write_status(to: &mut dyn Write, status: Status) -> io::Result<()> {
-    let [state, limit, fault, flags] = status.0.to_le_bytes();
-    match status.state() {
-        Some(known) => write!(to, ",{}", known.text())?,
-        None => write!(to, ",{state}")?,
-    }
-    match status.limit() {
-        Some(known) => write!(to, ",{}", known.text())?,
-        None => write!(to, ",{limit}")?,
-    }
-    write!(to, ",{fault}")?;
-    for (_, flag) in FLAGS {
-        write!(to, ",{}", u8::from(flags & flag != 0))?;
-    }
-    match status.ended() {
-        Some(known) => write!(to, ",{}", known.text()),
-        None => write!(to, ",{}", flags >> END_SHIFT),
-    }
+/// A value of a sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Value {
+    Single(f32),
+    Double(f64),
+    Whole(i64),
+    /// A number that mostly has a word.
+    Code(u8, Option<&'static str>),
 }

@@ -8,9 +8,8 @@ mod virtual_axis;
 pub use virtual_axis::Virtual;
 
 use crate::believed::Believed;
-use crate::capture::{Layout, Sample};
+use crate::capture::{About, Layout, Recorder, Sample};
 use crate::error::InputError;
-use crate::output::AtomicFile;
 use crate::plan::{Plan, Step, travel_limit_rad};
 use bristle_core::command::in_single_precision;
 use bristle_core::experiment::{Bounds, End, Experiment};
@@ -41,6 +40,19 @@ pub trait Bench {
     /// # Errors
     /// The bench is lost.
     fn rest(&mut self, ticks: u32, go_on: &dyn Fn() -> bool) -> Result<(), InputError>;
+
+    /// Has somebody turn the axis without torque by so many turns, or move it by metres, in its positive direction, and
+    /// gives the counts that the encoder made. `None` where nobody is there to do it.
+    ///
+    /// # Errors
+    /// The bench is lost.
+    fn turned_by_hand(
+        &mut self,
+        _turns: f64,
+        _go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<i64>, InputError> {
+        Ok(None)
+    }
 
     /// Position of the encoder now, counts.
     fn counts(&self) -> i64;
@@ -116,6 +128,22 @@ pub struct Done {
     pub torque_nm: f64,
 }
 
+impl Done {
+    /// What came of it, for a log that has room for it.
+    fn about(&self) -> About {
+        let (seen, end) = (&self.seen, self.seen.end.text());
+        About::from(
+            [
+                ("samples", seen.samples.to_string()),
+                ("lost", seen.lost.to_string()),
+                ("ended", end.to_owned()),
+                ("fault", seen.fault.text().to_owned()),
+            ]
+            .map(|(name, value)| (name.to_owned(), value)),
+        )
+    }
+}
+
 /// What a run tells its user, and hears from them.
 pub trait Watch {
     /// How far an experiment of the plan has come, from 0 to 1.
@@ -132,6 +160,8 @@ pub struct Run<'a> {
     pub axis: &'a Believed,
     /// Columns of the logs.
     pub layout: Layout,
+    /// What goes into logs that have room for it.
+    pub about: About,
 }
 
 /// Samples between two words of progress.
@@ -264,9 +294,9 @@ impl Run<'_> {
             speed_rad_s: 0.0,
             torque_nm: 0.0,
         };
-        let mut file = AtomicFile::create(path)?;
-        let written = self.layout.header(&mut file);
-        written.map_err(|error| file.fail(&error))?;
+        let mut about = self.about.clone();
+        about.insert("experiment".to_owned(), format!("{:?}", step.experiment));
+        let mut file = Recorder::create(path, self.layout, &about)?;
         let mut first = None;
         let mut samples = 0;
         let mut writable = true;
@@ -274,9 +304,9 @@ impl Run<'_> {
         let played = bench.play(&experiment, &bounds, &mut |sample, truth| {
             let record = &sample.record;
             if record.torque_ref_nm.is_finite() && record.velocity_rad_s.is_finite() {
-                let written = self.layout.row(&mut file, sample, truth);
+                let written = file.row(sample, truth);
                 writable = written.is_ok();
-                written.map_err(|error| file.fail(&error))?;
+                written?;
                 let travel = (sample.counts - *first.get_or_insert(sample.counts)) as f64;
                 done.travel_rad = done.travel_rad.max(travel.abs() * axis.rad_per_count());
                 done.speed_rad_s = done.speed_rad_s.max(f64::from(record.velocity_rad_s.abs()));
@@ -294,7 +324,7 @@ impl Run<'_> {
         });
         done.played_s = (done.seen.samples + done.seen.lost) as f64 / axis.rate_hz;
         if done.seen.samples >= 2 && writable {
-            file.commit()?;
+            file.commit(&done.about())?;
             done.log = Some(path.to_path_buf());
         }
         Ok((done, played.map(|_| ())))

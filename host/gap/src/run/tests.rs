@@ -55,6 +55,7 @@ fn play(
     let folder = tempfile::tempdir().unwrap();
     let mut bench = Virtual::new(axis, real, Noise::default(), 1).unwrap();
     let run = Run {
+        about: About::new(),
         axis,
         layout: layout(axis.unit),
     };
@@ -135,6 +136,7 @@ fn the_same_seed_makes_the_same_log() {
             let path = folder.path().join("log.csv");
             let mut bench = Virtual::new(&axis, &axis, noise, seed).unwrap();
             let run = Run {
+                about: About::new(),
                 axis: &axis,
                 layout: layout(axis.unit),
             };
@@ -251,6 +253,7 @@ fn an_axis_that_drifts_is_brought_back_within_its_travel() {
     let folder = tempfile::tempdir().unwrap();
     let mut bench = Virtual::new(&axis, &real, Noise::default(), 1).unwrap();
     let run = Run {
+        about: About::new(),
         axis: &axis,
         layout: Layout {
             truth: true,
@@ -340,6 +343,7 @@ fn a_link_that_breaks_keeps_what_was_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let virtual_axis = Virtual::new(&axis, &axis, Noise::default(), 1).unwrap();
     let run = Run {
+        about: About::new(),
         axis: &axis,
         layout: layout(axis.unit),
     };

@@ -16,9 +16,21 @@ pub struct Virtual {
     config: Config,
     controller: Controller,
     axis: Axis,
+    /// What the wiring does that the axis file does not say: 1 or -1.
+    encoder_sign: i64,
+    torque_sign: f64,
+    /// Most that a hand can do.
+    hand_nm: f64,
     counts: i64,
     ticks: u64,
 }
+
+/// Friction that a hand is worth, of that which the axis file believes in.
+const HAND: f64 = 20.0;
+/// Speed of a hand, turns or metres a second.
+const HAND_SPEED: f64 = 0.5;
+/// Natural frequency of the axis in a hand, rad/s: friction then keeps it within some hundredths of a turn.
+const GRIP_RAD_S: f64 = 200.0;
 
 impl Virtual {
     /// Armed and at rest. The controller knows the axis as `believed`; the axis is as `real`, which may have effects that
@@ -35,11 +47,18 @@ impl Virtual {
         let tick_s = 1.0 / believed.rate_hz;
         let mut axis = real.axis(real.model, tick_s, noise, seed)?;
         let config = config(believed, tick_s)?;
+        let sign = |reversed: bool, believed: bool| if reversed == believed { 1 } else { -1 };
+        let (its, said) = (real.wiring, believed.wiring);
+        let encoder_sign = sign(its.encoder_reversed, said.encoder_reversed);
+        let counts = encoder_sign * axis.reading().counts;
         let mut bench = Self {
-            controller: Controller::new(&config, axis.reading().raw(), false),
+            controller: Controller::new(&config, raw(counts), false),
             believed: real.clone(),
             config,
-            counts: axis.reading().counts,
+            encoder_sign,
+            torque_sign: sign(its.torque_reversed, said.torque_reversed) as f64,
+            hand_nm: HAND * believed.stiction_nm,
+            counts,
             axis,
             ticks: 0,
         };
@@ -50,24 +69,42 @@ impl Virtual {
         Ok(bench)
     }
 
+    /// The same without a guess of break-away: torque without a count is no fault.
+    #[must_use]
+    pub fn without_break_away(mut self) -> Self {
+        self.config.limits.stuck_nm = self.config.limits.torque_nm;
+        self.controller.take_over(&self.config);
+        self
+    }
+
     fn tick(&mut self, order: Option<Order>) -> Result<(Sample, Truth), InputError> {
+        self.tick_under(order, None)
+    }
+
+    /// A tick, or one in which a hand has the axis and the controller's torque goes nowhere.
+    fn tick_under(
+        &mut self,
+        order: Option<Order>,
+        hand_nm: Option<f64>,
+    ) -> Result<(Sample, Truth), InputError> {
         let truth = self.axis.truth();
         if !truth.motion.position_rad.is_finite() {
             return Err(self.believed.diverged(truth.time_s));
         }
-        let reading = self.axis.reading();
+        let counts = self.encoder_sign * self.axis.reading().counts;
         let input = Input {
-            raw: reading.raw(),
+            raw: raw(counts),
             ..Input::default()
         };
         if let Some(order) = order {
             self.controller.obey(&self.config, &order);
         }
         let output = self.controller.step(&self.config, &input);
-        self.counts = self.axis.advance(f64::from(output.torque_nm)).counts;
+        let torque_nm = hand_nm.unwrap_or(self.torque_sign * f64::from(output.torque_nm));
+        self.counts = self.encoder_sign * self.axis.advance(torque_nm).counts;
         let sample = Sample {
             time_s: self.ticks as f64 / self.believed.rate_hz,
-            counts: reading.counts,
+            counts,
             record: output.record,
         };
         self.ticks += 1;
@@ -121,9 +158,41 @@ impl Bench for Virtual {
         Ok(())
     }
 
+    fn turned_by_hand(
+        &mut self,
+        turns: f64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<i64>, InputError> {
+        let axis = &self.believed;
+        let (inertia, turn) = (axis.whole_inertia_kg_m2(), axis.turn_rad());
+        let (stiffness, damping) = (
+            inertia * GRIP_RAD_S * GRIP_RAD_S,
+            2.0 * inertia * GRIP_RAD_S,
+        );
+        let step_rad = HAND_SPEED * turn / axis.rate_hz;
+        let ticks = (turns.abs() * turn / step_rad).ceil() as u64;
+        let settles = (0.5 * axis.rate_hz) as u64;
+        let (from, begun) = (self.counts, self.axis.truth().motion.position_rad);
+        for tick in 0..ticks + settles {
+            if !go_on() {
+                break;
+            }
+            let target = begun + turns.signum() * (step_rad * tick.min(ticks) as f64);
+            let motion = self.axis.truth().motion;
+            let pull = stiffness * (target - motion.position_rad) - damping * motion.velocity_rad_s;
+            self.tick_under(None, Some(pull.clamp(-self.hand_nm, self.hand_nm)))?;
+        }
+        Ok(Some(self.counts - from))
+    }
+
     fn counts(&self) -> i64 {
         self.counts
     }
+}
+
+/// The hardware's counter, 32 bits of the count.
+fn raw(counts: i64) -> u32 {
+    (counts.cast_unsigned() & u64::from(u32::MAX)) as u32
 }
 
 /// What the interrupt would run on for this axis. Limits that the axis file does not know are wide.
