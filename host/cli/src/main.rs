@@ -2,9 +2,11 @@
 
 mod bench;
 mod blind;
+mod burst;
 mod capture;
 mod check;
 mod compare;
+mod compensate;
 mod diagnose;
 mod effects;
 mod identify;
@@ -48,9 +50,11 @@ enum Command {
     Run(Box<run::Args>),
     Check(check::Args),
     Compare(compare::Args),
+    Compensate(compensate::Args),
     Diagnose(diagnose::Args),
     Effects(effects::Args),
     Capture(Box<capture::Args>),
+    Burst(burst::Args),
     Target(target::Args),
     Blind(blind::Args),
     Trials(trials::Args),
@@ -91,9 +95,11 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Compensate(args) => compensate::run(args),
         Command::Diagnose(args) => diagnose::run(args),
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
+        Command::Burst(args) => burst::run(args),
         Command::Target(args) => target::run(args),
         Command::Blind(args) => blind::run(args),
         Command::Trials(args) => trials::run(args),

@@ -2,10 +2,12 @@
 
 use crate::link::Link;
 use crate::target::{accepted, armed, wind_down};
-use bristle_core::command::{Command, Reply, parameter};
+use bristle_core::command::{Changes, Command, PART_POINTS, Reply, TablePart, parameter};
 use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::feed_forward::Span;
 use bristle_core::supervisor::{Fault, State};
 use bristle_gap::capture::{Capture, Sample};
+use bristle_gap::feed_forward::Table;
 use bristle_gap::run::{Bench, Phase, Seen, Take};
 use bristle_gap::{Believed, InputError, Unit};
 use std::convert::Infallible;
@@ -110,6 +112,35 @@ impl Remote {
             ));
         }
         Ok(())
+    }
+
+    /// Changes parameters of the firmware.
+    pub fn set(&mut self, changes: &Changes) -> Result<(), InputError> {
+        accepted("parameters", self.link.ask(&Command::Set(*changes))?).map(|_| ())
+    }
+
+    /// Has the firmware use a feed-forward table, or none.
+    pub fn use_table(&mut self, table: Option<&Table>) -> Result<(), InputError> {
+        let ask = |link: &mut Link, command: Command| accepted("table", link.ask(&command)?);
+        let Some(table) = table else {
+            return ask(&mut self.link, Command::TableDrop).map(|_| ());
+        };
+        for (backward, torques) in [(false, &table.forward_nm), (true, &table.backward_nm)] {
+            for (number, part) in torques.chunks_exact(PART_POINTS).enumerate() {
+                let part = TablePart {
+                    backward,
+                    first: (number * PART_POINTS) as u16,
+                    torques_nm: std::array::from_fn(|i| part[i] as f32),
+                };
+                ask(&mut self.link, Command::TablePut(part))?;
+            }
+        }
+        let span = match table.span {
+            Span::Period(period) => Span::Period(period as f32),
+            Span::Stroke(from, to) => Span::Stroke(from as f32, to as f32),
+        };
+        let command = Command::TableUse(span, table.speed_band_rad_s as f32);
+        ask(&mut self.link, command).map(|_| ())
     }
 
     /// Torque down by a ramp, then the drive away.

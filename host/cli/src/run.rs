@@ -17,9 +17,10 @@ use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Where `cargo` puts the emulator and the firmware, from the root of the sources.
-const EMULATOR: &str = "host-tests/image/target/release/emulate";
-const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
+/// Where `cargo` puts the emulator, from the root of the sources.
+pub const EMULATOR: &str = "host-tests/image/target/release/emulate";
+/// And the firmware.
+pub const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
 
 /// Play an experiment, or a plan of several, and record a log of each.
 ///

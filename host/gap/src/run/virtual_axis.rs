@@ -6,6 +6,7 @@ use crate::capture::Sample;
 use crate::error::InputError;
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::feed_forward::FeedForward;
 use bristle_core::parameters::Config;
 use bristle_core::supervisor::{Limits, Request};
 use bristle_plant::axis::{Axis, Truth};
@@ -14,6 +15,7 @@ use bristle_plant::axis::{Axis, Truth};
 pub struct Virtual {
     believed: Believed,
     config: Config,
+    table: Option<Box<FeedForward<f32>>>,
     controller: Controller,
     axis: Axis,
     counts: i64,
@@ -39,6 +41,7 @@ impl Virtual {
             controller: Controller::new(&config, axis.reading().raw(), false),
             believed: real.clone(),
             config,
+            table: None,
             counts: axis.reading().counts,
             axis,
             ticks: 0,
@@ -48,6 +51,11 @@ impl Virtual {
         }
         bench.tick(Some(Order::Request(Request::Arm)))?;
         Ok(bench)
+    }
+
+    /// The controller adds a feed-forward table from now on.
+    pub fn use_table(&mut self, table: FeedForward<f32>) {
+        self.table = Some(Box::new(table));
     }
 
     fn tick(&mut self, order: Option<Order>) -> Result<(Sample, Truth), InputError> {
@@ -63,7 +71,9 @@ impl Virtual {
         if let Some(order) = order {
             self.controller.obey(&self.config, &order);
         }
-        let output = self.controller.step(&self.config, &input);
+        let output = self
+            .controller
+            .step_with(&self.config, self.table.as_deref(), &input);
         self.counts = self.axis.advance(f64::from(output.torque_nm)).counts;
         let sample = Sample {
             time_s: self.ticks as f64 / self.believed.rate_hz,
