@@ -169,6 +169,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
                 let believed = belief.axis(&setup.file, path, shares)?;
                 let (noise, seed) = (args.real.noise(), args.real.seed());
                 let mut bench = Virtual::new(&believed, &real, noise, seed)?;
+                // As in the firmware, where they are parameters of their own.
+                bench.limits_of(axis)?;
                 if let Some(table) = table {
                     bench.use_table(in_single_precision(table)?);
                 }

@@ -53,6 +53,15 @@ impl Virtual {
         Ok(bench)
     }
 
+    /// The supervisor has the limits of another belief from now on, before the first experiment.
+    ///
+    /// # Errors
+    /// A limit out of range.
+    pub fn limits_of(&mut self, axis: &Believed) -> Result<(), InputError> {
+        self.config.limits = limits(axis, f64::from(self.config.tick_s))?;
+        Ok(())
+    }
+
     /// The controller adds a feed-forward table from now on.
     pub fn use_table(&mut self, table: FeedForward<f32>) {
         self.table = Some(Box::new(table));
@@ -136,8 +145,20 @@ impl Bench for Virtual {
     }
 }
 
-/// What the interrupt would run on for this axis. Limits that the axis file does not know are wide.
+/// What the interrupt would run on for this axis.
 fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
+    let torque_nm = axis.torque_limit_nm();
+    Ok(Config {
+        tick: axis.tick(tick_s)?,
+        limits: limits(axis, tick_s)?,
+        tick_s: tick_s as f32,
+        full_scale_nm: torque_nm as f32,
+        deflection_1_nm: 1.0 / torque_nm as f32,
+    })
+}
+
+/// The supervisor's limits for this axis. Those that the axis file does not know are wide.
+fn limits(axis: &Believed, tick_s: f64) -> Result<Limits, InputError> {
     let torque_nm = axis.torque_limit_nm();
     let ticks = |seconds: f64| (seconds / tick_s).round().max(1.0) as u32;
     let stuck_nm = 1.2 * axis.stiction_nm + axis.offset_nm().abs();
@@ -160,17 +181,11 @@ fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
         index_counts: 0,
         boot_ticks: ticks(0.01),
     };
-    Ok(Config {
-        tick: axis.tick(tick_s)?,
-        limits: limits.checked().map_err(|error| {
-            InputError::new(
-                "axis file",
-                error.to_string(),
-                "correct it, or leave it out",
-            )
-        })?,
-        tick_s: tick_s as f32,
-        full_scale_nm: torque_nm as f32,
-        deflection_1_nm: 1.0 / torque_nm as f32,
+    limits.checked().map_err(|error| {
+        InputError::new(
+            "axis file",
+            error.to_string(),
+            "correct it, or leave it out",
+        )
     })
 }
