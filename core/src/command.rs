@@ -3,22 +3,22 @@
 //! A command is a number that the host chooses and gets back, an operation, and what it needs. Nothing that arrives can
 //! make the parser panic; what is not a command is answered as malformed.
 
+use crate::burst::{Quantity, Setting, Stage, Trigger};
 use crate::experiment::bounds::Refusal;
 use crate::experiment::{Bounds, Experiment};
+use crate::feed_forward::Span;
 use crate::parameters::ENTRIES;
 use crate::wire::{Frame, FrameWriter, Kind, Reader};
 
 /// Most parameters in one command.
 pub const MOST_CHANGES: usize = 32;
+/// Points of a part of a feed-forward table; [`feed_forward::POINTS`](crate::feed_forward::POINTS) is a multiple.
+pub const PART_POINTS: usize = 32;
 /// Longest command or reply frame.
 pub const MOST_COMMAND_BYTES: usize = 256;
 
 /// What the host asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "no allocation, and one command at a time"
-)]
 pub enum Command {
     /// The host is there.
     KeepAlive,
@@ -36,6 +36,31 @@ pub enum Command {
     Set(Changes),
     /// Asks for a parameter.
     Get(u8),
+    /// Begins a burst anew.
+    BurstArm(Setting),
+    /// The event of the burst is now.
+    BurstFire,
+    /// Asks where the burst stands.
+    BurstStage,
+    /// Asks for a frame of a full burst's samples from a number on; it comes before the answer.
+    BurstRead(u16),
+    /// Puts torques into the feed-forward table that is being written.
+    TablePut(TablePart),
+    /// The table is whole and used from now on, laid over this span; below the speed, rad/s, its directions are blended.
+    TableUse(Span<f32>, f32),
+    /// No table is used.
+    TableDrop,
+}
+
+/// A part of a feed-forward table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TablePart {
+    /// Of the backward direction.
+    pub backward: bool,
+    /// Number of the first point.
+    pub first: u16,
+    /// N m
+    pub torques_nm: [f32; PART_POINTS],
 }
 
 /// New values of parameters.
@@ -110,6 +135,20 @@ pub enum Reply {
     },
     /// An experiment that asks for too much; nothing plays because of it.
     Refused(Refusal),
+    /// Where the burst stands.
+    Burst {
+        /// Its stage.
+        stage: Stage,
+        /// Samples that can be read.
+        samples: u16,
+        /// Tick of the event, once it has come, else 0.
+        event_tick: u32,
+    },
+    /// A burst of more samples than there is room for, or with a trigger that means nothing; nothing was changed.
+    BurstRefused {
+        /// Samples that there is room for.
+        most: u16,
+    },
 }
 
 impl Command {
@@ -143,6 +182,40 @@ impl Command {
                 frame.u8(7);
                 frame.u8(*parameter);
             }
+            Self::BurstArm(setting) => {
+                frame.u8(8);
+                frame.u16(setting.before);
+                frame.u16(setting.after);
+                write_trigger(setting.trigger, &mut frame);
+            }
+            Self::BurstFire => frame.u8(9),
+            Self::BurstStage => frame.u8(10),
+            Self::BurstRead(first) => {
+                frame.u8(11);
+                frame.u16(*first);
+            }
+            Self::TablePut(part) => {
+                frame.u8(12);
+                frame.u8(u8::from(part.backward));
+                frame.u16(part.first);
+                part.torques_nm.iter().for_each(|torque| frame.f32(*torque));
+            }
+            Self::TableUse(span, speed_band_rad_s) => {
+                frame.u8(13);
+                frame.f32(*speed_band_rad_s);
+                match *span {
+                    Span::Period(period) => {
+                        frame.u8(0);
+                        frame.f32(period);
+                    }
+                    Span::Stroke(from, to) => {
+                        frame.u8(1);
+                        frame.f32(from);
+                        frame.f32(to);
+                    }
+                }
+            }
+            Self::TableDrop => frame.u8(14),
         }
         frame.finish(1)
     }
@@ -185,6 +258,35 @@ impl Command {
                 Self::Set(changes)
             }
             7 => Self::Get(bytes.u8()?),
+            8 => Self::BurstArm(Setting {
+                before: bytes.u16()?,
+                after: bytes.u16()?,
+                trigger: read_trigger(&mut bytes)?,
+            }),
+            9 => Self::BurstFire,
+            10 => Self::BurstStage,
+            11 => Self::BurstRead(bytes.u16()?),
+            12 => Self::TablePut(TablePart {
+                backward: read_choice(&mut bytes)?,
+                first: bytes.u16()?,
+                torques_nm: {
+                    let mut torques_nm = [0.0; PART_POINTS];
+                    for torque in &mut torques_nm {
+                        *torque = bytes.f32()?;
+                    }
+                    torques_nm
+                },
+            }),
+            13 => {
+                let speed_band_rad_s = bytes.f32()?;
+                let span = if read_choice(&mut bytes)? {
+                    Span::Stroke(bytes.f32()?, bytes.f32()?)
+                } else {
+                    Span::Period(bytes.f32()?)
+                };
+                Self::TableUse(span, speed_band_rad_s)
+            }
+            14 => Self::TableDrop,
             _ => return None,
         };
         bytes.end()?;
@@ -228,6 +330,20 @@ impl Reply {
                 frame.u8(7);
                 frame.u8(refusal as u8);
             }
+            Self::Burst {
+                stage,
+                samples,
+                event_tick,
+            } => {
+                frame.u8(8);
+                frame.u8(stage as u8);
+                frame.u16(samples);
+                frame.u32(event_tick);
+            }
+            Self::BurstRefused { most } => {
+                frame.u8(9);
+                frame.u16(most);
+            }
         }
         frame.finish(1)
     }
@@ -259,11 +375,69 @@ impl Reply {
                 value: bytes.f32()?,
             },
             7 => Self::Refused(Refusal::of(bytes.u8()?)?),
+            8 => Self::Burst {
+                stage: Stage::of(bytes.u8()?)?,
+                samples: bytes.u16()?,
+                event_tick: bytes.u32()?,
+            },
+            9 => Self::BurstRefused { most: bytes.u16()? },
             _ => return None,
         };
         bytes.end()?;
         Some((number, reply))
     }
+}
+
+fn read_choice(bytes: &mut Reader<'_>) -> Option<bool> {
+    match bytes.u8()? {
+        0 => Some(false),
+        1 => Some(true),
+        _ => None,
+    }
+}
+
+fn write_trigger(trigger: Trigger, frame: &mut FrameWriter<'_>) {
+    match trigger {
+        Trigger::Command => frame.u8(0),
+        Trigger::Fault => frame.u8(1),
+        Trigger::Reversal { counts } => {
+            frame.u8(2);
+            frame.u16(counts);
+        }
+        Trigger::BreakAway { rest, counts } => {
+            frame.u8(3);
+            frame.u16(rest);
+            frame.u16(counts);
+        }
+        Trigger::Above(quantity, level) => {
+            frame.u8(4);
+            frame.u8(quantity as u8);
+            frame.f32(level);
+        }
+        Trigger::Below(quantity, level) => {
+            frame.u8(5);
+            frame.u8(quantity as u8);
+            frame.f32(level);
+        }
+    }
+}
+
+fn read_trigger(bytes: &mut Reader<'_>) -> Option<Trigger> {
+    let quantity = |number: u8| Quantity::ALL.get(usize::from(number)).copied();
+    Some(match bytes.u8()? {
+        0 => Trigger::Command,
+        1 => Trigger::Fault,
+        2 => Trigger::Reversal {
+            counts: bytes.u16()?,
+        },
+        3 => Trigger::BreakAway {
+            rest: bytes.u16()?,
+            counts: bytes.u16()?,
+        },
+        4 => Trigger::Above(quantity(bytes.u8()?)?, bytes.f32()?),
+        5 => Trigger::Below(quantity(bytes.u8()?)?, bytes.f32()?),
+        _ => return None,
+    })
 }
 
 /// The number of a parameter by its name.
@@ -377,7 +551,36 @@ mod tests {
             Command::Set(changes),
             Command::Set(Changes::default()),
             Command::Get(3),
+            Command::BurstFire,
+            Command::BurstStage,
+            Command::BurstRead(500),
+            Command::TablePut(TablePart {
+                backward: true,
+                first: 480,
+                torques_nm: core::array::from_fn(|i| i as f32),
+            }),
+            Command::TableUse(Span::Period(6.25), 0.1),
+            Command::TableUse(Span::Stroke(-1.0, 2.5), 0.2),
+            Command::TableDrop,
         ];
+        for trigger in [
+            Trigger::Command,
+            Trigger::Fault,
+            Trigger::Reversal { counts: 300 },
+            Trigger::BreakAway {
+                rest: 301,
+                counts: 3,
+            },
+            Trigger::Above(Quantity::Deflection, 1e-3),
+            Trigger::Above(Quantity::Velocity, -2.0),
+            Trigger::Below(Quantity::Torque, 0.5),
+        ] {
+            commands.push(Command::BurstArm(Setting {
+                trigger,
+                before: 400,
+                after: 600,
+            }));
+        }
         let bounds = Bounds {
             travel_rad: 1.0,
             speed_rad_s: 2.0,
@@ -459,6 +662,12 @@ mod tests {
                 value: 2.0,
             },
             Reply::Refused(Refusal::Torque),
+            Reply::Burst {
+                stage: Stage::Taking,
+                samples: 1000,
+                event_tick: 70_000,
+            },
+            Reply::BurstRefused { most: 1024 },
         ] {
             let mut buffer = [0; MOST_COMMAND_BYTES];
             let mut decoder = Decoder::<MOST_COMMAND_BYTES>::new();
@@ -490,12 +699,13 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_make_it_panic(payload in proptest::collection::vec(any::<u8>(), 0..200)) {
-            for kind in [Kind::Command, Kind::Reply, Kind::Status, Kind::Samples] {
+            for kind in [Kind::Command, Kind::Reply, Kind::Status, Kind::Samples, Kind::Burst] {
                 let frame = Frame { kind, count: 1, payload: &payload };
                 let (number, command) = Command::read(&frame);
                 let _ = Reply::read(&frame);
                 let _ = crate::status::Report::read(&frame);
                 let _ = crate::trace::samples(&frame).count();
+                let _ = crate::trace::burst(&frame).map(|(_, samples)| samples.count());
                 // What is read is written the same way again, NaN payloads and all.
                 if let Some(command) = command {
                     let mut buffer = [0; MOST_COMMAND_BYTES];
@@ -507,7 +717,7 @@ mod tests {
 
         #[test]
         fn any_operation_with_any_body_is_safe(
-            operation in 0_u8..9, body in proptest::collection::vec(any::<u8>(), 0..40),
+            operation in 0_u8..16, body in proptest::collection::vec(any::<u8>(), 0..40),
         ) {
             let payload = [&[1, 2, operation], &body[..]].concat();
             let frame = Frame { kind: Kind::Command, count: 1, payload: &payload };

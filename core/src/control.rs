@@ -21,6 +21,18 @@ pub struct State<T> {
     integral_nm: T,
 }
 
+impl<T: Real> State<T> {
+    /// Adds to the torque of the loop from the next tick on. It stands with the integral, which costs the tick nothing, and
+    /// within the room that the limit leaves to both.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, torque_nm: T) {
+        let sum = self.integral_nm + torque_nm;
+        if sum.is_finite() {
+            self.integral_nm = sum;
+        }
+    }
+}
+
 impl<T: Real> Cascade<T> {
     /// Position gain, 1/s; speed gain, N m s/rad; rate of the speed loop's integral, 1/s; torque limit, N m.
     ///

@@ -5,6 +5,7 @@ use core::hint::cold_path;
 
 use crate::experiment::bounds::Begin;
 use crate::experiment::{Bounds, End, Experiment, Guard, Player, Reference};
+use crate::feed_forward::FeedForward;
 use crate::parameters::Config;
 use crate::real::Real;
 use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
@@ -66,6 +67,8 @@ pub struct Controller {
     player: Player<f32>,
     /// What the player asks of the tick to come.
     reference: Reference<f32>,
+    /// What of it a table has added, N m.
+    fed_nm: f32,
     guard: Guard,
     begin: Begin,
     /// Largest speed that neither the guard nor the supervisor has to look at, and torque that the guard does not.
@@ -85,6 +88,7 @@ impl Controller {
             state: config.tick.start(raw),
             player: Player::silent(),
             reference: Reference::Torque(0.0),
+            fed_nm: 0.0,
             guard: Guard::new(&Bounds::open(u32::MAX), 1.0),
             begin: Begin::default(),
             usual_speed_rad_s: config.limits.speed_rad_s,
@@ -142,8 +146,19 @@ impl Controller {
     /// One tick.
     #[inline(always)]
     pub fn step(&mut self, config: &Config, input: &Input) -> Output {
+        self.step_with(config, None, input)
+    }
+
+    /// One tick with a table.
+    #[inline(always)]
+    pub fn step_with(
+        &mut self,
+        config: &Config,
+        table: Option<&FeedForward<f32>>,
+        input: &Input,
+    ) -> Output {
         let output = self.react(config, input);
-        self.look_ahead(config);
+        self.look_ahead(config, table);
         output
     }
 
@@ -212,10 +227,17 @@ impl Controller {
         }
     }
 
-    /// What remains of a tick: finds the reference of the next one, and whether its number makes it an unusual one.
+    /// What remains of a tick: finds the reference of the next one with what is added to it, from a table too if there is
+    /// one, and whether its number makes it an unusual one.
     #[inline(always)]
-    pub fn look_ahead(&mut self, config: &Config) {
+    pub fn look_ahead(&mut self, config: &Config, table: Option<&FeedForward<f32>>) {
         self.reference = self.player.next_tick();
+        config.tick.compensate(&mut self.state, self.reference);
+        if let Some(table) = table.filter(|_| self.is_playing()) {
+            cold_path();
+            let (state, reference) = (&mut self.state, &mut self.reference);
+            self.fed_nm = config.tick.feed(state, table, reference, self.fed_nm);
+        }
         self.look_at_number(config);
     }
 
@@ -293,6 +315,7 @@ impl Controller {
             Order::Play(first, player, guard) => {
                 if self.supervisor.may_start() {
                     self.reference = *first;
+                    self.fed_nm = 0.0;
                     self.player = *player;
                     self.guard = *guard;
                     let raw = self.state.encoder.reading();

@@ -44,22 +44,75 @@ impl<T: Real> FeedForward<T> {
         speed_band_rad_s: T,
         dead_zone_nm: T,
     ) -> Result<Self, ParameterError> {
-        let points_per_rad = match span {
-            Span::Period(period) => T::of(POINTS as f64) / positive("period_rad", period)?,
-            Span::Stroke(from, to) => {
-                T::of((POINTS - 1) as f64) / positive("stroke_rad", to - from)?
-            }
-        };
+        let points_per_rad = points_per_rad(span)?;
         for torque in forward_nm.iter().chain(&backward_nm) {
             require("torque_nm", *torque, true, "finite")?;
         }
         Ok(Self {
             span,
-            points_per_rad: positive("points_per_rad", points_per_rad)?,
+            points_per_rad,
             speed_band_rad_s: positive("speed_band_rad_s", speed_band_rad_s)?,
             dead_zone_nm: not_negative("dead_zone_nm", dead_zone_nm)?,
             direction_nm: [forward_nm, backward_nm],
         })
+    }
+
+    /// The same table in another precision.
+    ///
+    /// # Errors
+    /// A number that the precision does not hold.
+    pub fn cast<U: Real>(&self) -> Result<FeedForward<U>, ParameterError> {
+        let to = |x: T| U::of(x.to_f64());
+        let span = match self.span {
+            Span::Period(period) => Span::Period(to(period)),
+            Span::Stroke(from, end) => Span::Stroke(to(from), to(end)),
+        };
+        let [forward, backward] = self.direction_nm.map(|direction| direction.map(to));
+        FeedForward::new(
+            span,
+            forward,
+            backward,
+            to(self.speed_band_rad_s),
+            to(self.dead_zone_nm),
+        )
+    }
+
+    /// Adds nothing anywhere; to be filled by [`Self::put`].
+    pub const EMPTY: Self = Self {
+        span: Span::Period(T::ONE),
+        points_per_rad: T::ZERO,
+        speed_band_rad_s: T::ONE,
+        dead_zone_nm: T::ZERO,
+        direction_nm: [[T::ZERO; POINTS]; 2],
+    };
+
+    /// Puts torques in place from a point on, forward or backward; false if one of them is beyond the last point or no
+    /// number, and then nothing changes.
+    pub fn put(&mut self, backward: bool, first: usize, torques_nm: &[T]) -> bool {
+        let [forward_nm, backward_nm] = &mut self.direction_nm;
+        let table = if backward { backward_nm } else { forward_nm };
+        let places = first
+            .checked_add(torques_nm.len())
+            .and_then(|end| table.get_mut(first..end));
+        match places {
+            Some(places) if torques_nm.iter().all(|torque| torque.is_finite()) => {
+                places.copy_from_slice(torques_nm);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Says where the points lie, and the speed below which the directions are blended.
+    ///
+    /// # Errors
+    /// A span or speed band not above zero; nothing changes then.
+    pub fn lay(&mut self, span: Span<T>, speed_band_rad_s: T) -> Result<(), ParameterError> {
+        let points_per_rad = points_per_rad(span)?;
+        self.speed_band_rad_s = positive("speed_band_rad_s", speed_band_rad_s)?;
+        self.points_per_rad = points_per_rad;
+        self.span = span;
+        Ok(())
     }
 
     /// Torque to add at a position and a velocity, N m. Both may be anything: what is not finite adds nothing.
@@ -115,6 +168,14 @@ impl<T: Real> FeedForward<T> {
     }
 }
 
+fn points_per_rad<T: Real>(span: Span<T>) -> Result<T, ParameterError> {
+    let points_per_rad = match span {
+        Span::Period(period) => T::of(POINTS as f64) / positive("period_rad", period)?,
+        Span::Stroke(from, to) => T::of((POINTS - 1) as f64) / positive("stroke_rad", to - from)?,
+    };
+    positive("points_per_rad", points_per_rad)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,6 +223,30 @@ mod tests {
             assert!((dead(table.apply(u, 0.0, 0.0)) - u).abs() < 1e-12, "{u}");
         }
         assert_eq!(table.apply(0.0, 0.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_table_put_part_by_part_is_that_made_at_once() {
+        let (forward, backward) = (wave(3.0), wave(5.0));
+        let span = Span::Stroke(-1.0, 2.0);
+        let whole = FeedForward::new(span, forward, backward, 0.2, 0.0).unwrap();
+        let mut parts = FeedForward::EMPTY;
+        assert_eq!(parts.torque_nm(0.3, 1.0), 0.0);
+        for first in (0..POINTS).step_by(32) {
+            assert!(parts.put(false, first, &forward[first..first + 32]));
+            assert!(parts.put(true, first, &backward[first..first + 32]));
+        }
+        for (first, part) in [
+            (POINTS - 1, [1.0, 1.0]),
+            (usize::MAX, [1.0, 1.0]),
+            (0, [0.0, f64::NAN]),
+        ] {
+            assert!(!parts.put(true, first, &part));
+        }
+        assert!(parts.lay(Span::Stroke(1.0, 1.0), 0.2).is_err());
+        assert!(parts.lay(span, 0.0).is_err());
+        parts.lay(span, 0.2).unwrap();
+        assert_eq!(parts, whole);
     }
 
     #[test]

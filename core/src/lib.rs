@@ -11,7 +11,9 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod burst;
 pub mod command;
+pub mod compensation;
 pub mod control;
 pub mod controller;
 pub mod design_check;

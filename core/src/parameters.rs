@@ -4,6 +4,7 @@
 //! A set is refused or taken as a whole. It is compiled outside the interrupt into a [`Config`], which the interrupt
 //! takes over between two ticks; states stay as they are, so that nothing jumps.
 
+use crate::compensation::Compensation;
 use crate::control::Cascade;
 use crate::controller::Order;
 use crate::encoder::Encoder;
@@ -106,6 +107,12 @@ parameters! {
     velocity_gain_nm_s_rad: 0.0 to 1e4,
     /// Rate of the speed loop's integral, 1/s.
     velocity_integral_1_s: 0.0 to 1e4,
+    /// Share of the friction along a loop's reference that is fed forward.
+    friction_forward: 0.0 to 1.0,
+    /// Share of the observed friction that a loop takes off; see [`crate::compensation`] for its limit.
+    friction_feedback: 0.0 to 0.6,
+    /// Time constant of the observed friction's filter, s.
+    friction_filter_s: 0.0 to 0.1,
 }
 
 /// The virtual axis of `axes/bench.toml` at its sources; what that file does not hold is reasoned for here.
@@ -146,6 +153,11 @@ pub const BENCH: Parameters = Parameters {
     position_gain_1_s: 60.0,
     velocity_gain_nm_s_rad: 7.5738e-3,
     velocity_integral_1_s: 60.0,
+    // Off; `bristle compensate` shows what it does.
+    friction_forward: 0.0,
+    friction_feedback: 0.0,
+    // At the slowest reversals a count comes every few ms; the loops answer within 3 ms.
+    friction_filter_s: 0.001,
 };
 
 /// What the interrupt runs on.
@@ -241,6 +253,12 @@ impl Parameters {
                 self.velocity_gain_nm_s_rad,
                 self.velocity_integral_1_s,
                 self.torque_limit_nm,
+                tick_s,
+            )?,
+            compensation: Compensation::new(
+                self.friction_forward,
+                self.friction_feedback,
+                self.friction_filter_s,
                 tick_s,
             )?,
         };

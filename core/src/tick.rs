@@ -3,10 +3,12 @@
 
 use core::hint::cold_path;
 
+use crate::compensation::{self, Compensation};
 use crate::control::{self, Cascade};
 use crate::encoder::{self, Encoder};
 use crate::error::{ParameterError, not_negative, positive, require};
 use crate::experiment::{Player, Reference};
+use crate::feed_forward::FeedForward;
 use crate::observer::{Estimate, Luenberger, TimeFree, luenberger, time_free};
 use crate::real::Real;
 use crate::stribeck::Curve;
@@ -42,6 +44,12 @@ impl<T: Real> TorquePathState<T> {
         let newest = self.newest.wrapping_add(1) % PLACES;
         self.newest = newest;
         self.under_way_nm[newest] = reference_nm;
+    }
+
+    /// So much of the newest reference does not count.
+    #[inline(always)]
+    fn take_off(&mut self, torque_nm: T) {
+        self.under_way_nm[self.newest % PLACES] -= torque_nm;
     }
 }
 
@@ -104,6 +112,8 @@ pub struct Tick<T, C> {
     pub luenberger: Luenberger<T, C>,
     /// Loops of the experiments that need them.
     pub control: Cascade<T>,
+    /// What it adds for friction.
+    pub compensation: Compensation<T>,
 }
 
 /// Everything a tick changes.
@@ -117,6 +127,7 @@ pub struct State<T> {
     pub time_free: time_free::State<T>,
     torque_path: TorquePathState<T>,
     control: control::State<T>,
+    compensation: compensation::State<T>,
     /// z_ss at the velocity of the estimate: looked up once a tick, for this one's time-free observer and the next
     /// one's Luenberger-like one.
     z_ss_rad: T,
@@ -128,6 +139,7 @@ impl<T: Real> State<T> {
         self.encoder.turns = 0;
         self.encoder.counts_in_turn = 0;
         self.control = control::State::default();
+        self.compensation = compensation::State::default();
     }
 
     /// Says which torque is put out until the next tick: the observer believes it.
@@ -165,6 +177,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
             time_free: time_free::State::default(),
             torque_path: TorquePathState::default(),
             control: control::State::default(),
+            compensation: compensation::State::default(),
             z_ss_rad: self.luenberger.z_ss_rad(&luenberger::State::default()),
         }
     }
@@ -214,6 +227,51 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
                 _ => T::ZERO,
             },
         )
+    }
+
+    /// Between two ticks: what the loop adds for friction in the next one, of this reference. A torque in open loop stays
+    /// what it is.
+    #[inline(always)]
+    pub(crate) fn compensate(&self, state: &mut State<T>, reference: Reference<T>) {
+        let velocity_rad_s = match reference {
+            Reference::Torque(_) => return,
+            Reference::Velocity(velocity_rad_s) | Reference::Position { velocity_rad_s, .. } => {
+                velocity_rad_s
+            }
+        };
+        if self.compensation.is_off() {
+            return;
+        }
+        let seen = Estimate {
+            velocity_rad_s: state.luenberger.estimate.velocity_rad_s,
+            z_rad: state.time_free.z_rad,
+        };
+        let friction = self.luenberger.friction();
+        let change_nm =
+            self.compensation
+                .step(&mut state.compensation, friction, velocity_rad_s, seen);
+        state.control.add(change_nm);
+    }
+
+    /// Between two ticks: what a table adds in the next one, of this reference, in place of what it added in the last
+    /// one. It cancels what the observers do not know of, so they are not told. Gives the torque that stands now, N m.
+    #[inline(always)]
+    pub(crate) fn feed(
+        &self,
+        state: &mut State<T>,
+        table: &FeedForward<T>,
+        reference: &mut Reference<T>,
+        before_nm: T,
+    ) -> T {
+        let counts = state.encoder.reading().cast_signed();
+        let position_rad = T::of_count(counts) * self.luenberger.settings().rad_per_count;
+        let torque_nm = table.torque_nm(position_rad, state.luenberger.estimate.velocity_rad_s);
+        state.torque_path.take_off(before_nm);
+        match reference {
+            Reference::Torque(wanted_nm) => *wanted_nm += torque_nm,
+            _ => state.control.add(torque_nm - before_nm),
+        }
+        torque_nm
     }
 
     /// One tick towards a reference that comes from elsewhere.

@@ -28,6 +28,19 @@ pub struct Record {
     pub status: Status,
 }
 
+impl Record {
+    /// Of no tick.
+    pub const EMPTY: Self = Self {
+        tick: 0,
+        counts: 0,
+        z_luenberger_rad: 0.0,
+        z_time_free_rad: 0.0,
+        velocity_rad_s: 0.0,
+        torque_ref_nm: 0.0,
+        status: Status(0),
+    };
+}
+
 /// State, limit, fault and flags in one word, a byte each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(pub u32);
@@ -115,6 +128,23 @@ pub fn samples<'a>(frame: &Frame<'a>) -> impl Iterator<Item = Record> + 'a {
         && frame.payload.len() == usize::from(frame.count) * SAMPLE_BYTES;
     let payload: &'a [u8] = if whole { frame.payload } else { &[] };
     payload.chunks_exact(SAMPLE_BYTES).filter_map(read)
+}
+
+/// Starts a frame of a burst's samples from a number on; [`put`] them, then finish it with how many there are.
+pub fn begin_burst(buffer: &mut [u8], first: u16) -> FrameWriter<'_> {
+    let mut frame = FrameWriter::new(buffer, Kind::Burst);
+    frame.u16(first);
+    frame
+}
+
+/// The number of the first sample in a burst's frame, and the samples; `None` if it holds something else or its length
+/// and count disagree.
+pub fn burst<'a>(frame: &Frame<'a>) -> Option<(u16, impl Iterator<Item = Record> + 'a)> {
+    let (first, samples) = frame.payload.split_first_chunk()?;
+    let whole =
+        frame.kind == Kind::Burst && samples.len() == usize::from(frame.count) * SAMPLE_BYTES;
+    let samples = samples.chunks_exact(SAMPLE_BYTES).filter_map(read);
+    whole.then_some((u16::from_le_bytes(*first), samples))
 }
 
 fn read(bytes: &[u8]) -> Option<Record> {

@@ -34,6 +34,8 @@ pub enum Kind {
     Status = 2,
     /// Answer to a command; see `command`.
     Reply = 3,
+    /// Samples of a burst, microcontroller to host; see `trace`.
+    Burst = 4,
     /// Command, host to microcontroller; see `command`.
     Command = 16,
 }
@@ -44,6 +46,7 @@ impl Kind {
             1 => Self::Samples,
             2 => Self::Status,
             3 => Self::Reply,
+            4 => Self::Burst,
             16 => Self::Command,
             _ => return None,
         })

@@ -15,7 +15,7 @@ use embassy_sync::signal::Signal;
 
 use crate::rtt::Down;
 use crate::trace::{PARAMETER_VERSION, send};
-use crate::{exchange, timing};
+use crate::{burst, exchange, timing};
 
 /// Signalled by the spare interrupt, every millisecond.
 pub static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -86,6 +86,46 @@ impl Commands {
                 }
             }
             Command::Set(changes) => return self.set(&changes).await,
+            Command::BurstArm(setting) => {
+                return if burst::with(|burst| burst.arm(setting)) {
+                    burst::reply()
+                } else {
+                    Reply::BurstRefused {
+                        most: timing::BURST_SAMPLES as u16,
+                    }
+                };
+            }
+            Command::BurstFire => {
+                burst::with(|burst| burst.fire());
+                return burst::reply();
+            }
+            Command::BurstStage => return burst::reply(),
+            Command::BurstRead(first) => {
+                burst::read(first);
+                return burst::reply();
+            }
+            Command::TablePut(part) => {
+                let first = usize::from(part.first);
+                let put = exchange::free_table().put(part.backward, first, &part.torques_nm);
+                return if put { accepted() } else { Reply::Malformed };
+            }
+            Command::TableUse(span, speed_band_rad_s) => {
+                let table = exchange::free_table();
+                return match table.lay(span, speed_band_rad_s) {
+                    Ok(()) => {
+                        exchange::use_table(Some(table));
+                        accepted()
+                    }
+                    Err(error) => {
+                        defmt::warn!("{=str} must be {=str}", error.name, error.must_be);
+                        Reply::Inconsistent
+                    }
+                };
+            }
+            Command::TableDrop => {
+                exchange::use_table(None);
+                return accepted();
+            }
             Command::Get(parameter) => {
                 return match self.parameters.get(parameter) {
                     Some(value) => Reply::Value { parameter, value },

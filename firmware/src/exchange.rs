@@ -12,6 +12,7 @@ use crate::output;
 use crate::ring::{Putter, Ring, Taker};
 use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::{Controller, Order};
+use bristle_core::feed_forward::FeedForward;
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
 
@@ -126,6 +127,8 @@ pub struct Shared {
     active: AtomicPtr<Parameters>,
     /// Parameters that it shall run on. Written outside.
     next: AtomicPtr<Parameters>,
+    /// Feed-forward table in use, or null. Written outside.
+    table: AtomicPtr<FeedForward<f32>>,
     /// How the ticks went.
     pub stats: Stats,
     /// The tick takes.
@@ -141,6 +144,7 @@ pub static SHARED: Shared = Shared {
     side: Place::empty(),
     active: AtomicPtr::new(core::ptr::null_mut()),
     next: AtomicPtr::new(core::ptr::null_mut()),
+    table: AtomicPtr::new(core::ptr::null_mut()),
     stats: Stats {
         ticks: AtomicU32::new(0),
         latency_cycles: AtomicU32::new(0),
@@ -160,6 +164,9 @@ pub static SHARED: Shared = Shared {
 #[unsafe(link_section = ".ccm.bss.config")]
 static SLOTS: [Place<Parameters>; 2] = [Place::empty(), Place::empty()];
 
+/// One is used, the other is written. In RAM: CCM has no room left, and one look-up a tick finds the bus free.
+static TABLES: [Place<FeedForward<f32>>; 2] = [Place::empty(), Place::empty()];
+
 /// Ends of the queues outside of the tick.
 pub struct Ends {
     /// Samples out.
@@ -176,6 +183,8 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
     // SAFETY: nobody else runs yet.
     unsafe {
         SLOTS[0].fill(Parameters::new(config));
+        TABLES[0].fill(FeedForward::EMPTY);
+        TABLES[1].fill(FeedForward::EMPTY);
         SHARED.next.store(SLOTS[0].pointer(), Ordering::Relaxed);
         SHARED.active.store(SLOTS[0].pointer(), Ordering::Relaxed);
         SHARED.side.fill(TickSide {
@@ -215,6 +224,34 @@ pub unsafe fn take_over() -> bool {
         SHARED.active.store(next, Ordering::Relaxed);
     }
     changed
+}
+
+/// The feed-forward table in use.
+#[inline(always)]
+pub fn table() -> Option<&'static FeedForward<f32>> {
+    // SAFETY: null, or a table that is whole. It is written again only after another one, or none, has been named, and
+    // the tick keeps no reference from one tick to the next.
+    unsafe { SHARED.table.load(Ordering::Relaxed).as_ref() }
+}
+
+/// The table that is not in use. Only for the command task.
+pub fn free_table() -> &'static mut FeedForward<f32> {
+    let [first, second] = &TABLES;
+    let free = if SHARED.table.load(Ordering::Relaxed) == first.pointer() {
+        second
+    } else {
+        first
+    };
+    // SAFETY: filled by `init`; the tick looks at the other one, and the command task has no second reference.
+    unsafe { free.get() }
+}
+
+/// Uses the table that was free, or none, from the next tick on. Only for the command task.
+pub fn use_table(table: Option<&'static mut FeedForward<f32>>) {
+    compiler_fence(Ordering::SeqCst);
+    let table = table.map_or(core::ptr::null_mut(), core::ptr::from_mut);
+    SHARED.table.store(table, Ordering::Relaxed);
+    compiler_fence(Ordering::SeqCst);
 }
 
 /// True while the tick has not yet taken over the parameters offered last.

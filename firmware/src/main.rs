@@ -10,6 +10,7 @@
 #![no_main]
 
 mod board;
+mod burst;
 mod ccm;
 mod command;
 mod critical;

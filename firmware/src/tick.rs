@@ -76,7 +76,7 @@ unsafe extern "C" fn CORDIC() {
     stats
         .ticks
         .store(controller.supervisor().tick(), Ordering::Relaxed);
-    controller.look_ahead(&exchange::parameters().config);
+    controller.look_ahead(&exchange::parameters().config, exchange::table());
     // SAFETY: not in the tick, and the only call.
     let changed = unsafe { exchange::take_over() };
     let config = &exchange::parameters().config;

@@ -14,7 +14,7 @@ use critical_section::Mutex;
 
 use crate::log::LOG_FRAMES_DROPPED;
 use crate::rtt::Up;
-use crate::{exchange, timing};
+use crate::{burst, exchange, timing};
 
 /// Most frames in one run, so that a run has an end: 128 samples, when 10 have come since the last one.
 const MOST_FRAMES: usize = 4;
@@ -60,6 +60,7 @@ impl Trace {
                 && let Some(record) = self.samples.take()
             {
                 wire::put(&mut frame, &record);
+                burst::take(&record);
                 count += 1;
                 if record.tick.is_multiple_of(timing::TICKS_PER_LINE) {
                     line = Some(record);

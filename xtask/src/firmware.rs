@@ -111,6 +111,15 @@ fn distribution_way() -> Option<Command> {
         );
         return None;
     }
+    let version = version(&rustc);
+    if version < numbers(env!("CARGO_PKG_RUST_VERSION")) {
+        let [major, minor] = version.map(|number| number.unwrap_or(0));
+        eprintln!(
+            "MISSING: {rustc} is Rust {major}.{minor}, and the firmware needs {}",
+            env!("CARGO_PKG_RUST_VERSION")
+        );
+        return None;
+    }
     let mut cargo = Command::new("cargo");
     cargo
         .env("RUSTC", &rustc)
@@ -122,6 +131,21 @@ fn distribution_way() -> Option<Command> {
             linker(&sysroot)?,
         );
     Some(cargo)
+}
+
+/// Version of a compiler, which calls itself `rustc 1.95.0 (...)`.
+fn version(rustc: &str) -> [Option<u32>; 2] {
+    let output = Command::new(rustc).arg("--version").output();
+    let text = output.map_or(String::new(), |output| {
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    });
+    numbers(text.split_whitespace().nth(1).unwrap_or_default())
+}
+
+/// The first two numbers of a version.
+fn numbers(version: &str) -> [Option<u32>; 2] {
+    let mut parts = version.split('.');
+    [(); 2].map(|()| parts.next().and_then(|part| part.parse().ok()))
 }
 
 fn printed(rustc: &str, what: &str) -> Option<String> {

@@ -7,8 +7,9 @@ use crate::elf::Image;
 use crate::host::{Session, TICK_CYCLES};
 use crate::machine::Stop;
 use crate::names;
-use bristle_core::command::{Changes, Command, Reply, parameter};
+use bristle_core::command::{Changes, Command, PART_POINTS, Reply, TablePart, parameter};
 use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::feed_forward::{POINTS, Span};
 use bristle_core::supervisor::Fault;
 
 /// Estimated cycles that the handler may take.
@@ -76,12 +77,13 @@ pub fn rows(image: &Image) -> Result<Vec<Row>, String> {
     let lines = defmt_decoder::Table::parse(image.bytes())
         .map_err(|e| e.to_string())?
         .ok_or("the image does not log")?;
-    let runs: [(&str, Run); 5] = [
+    let runs: [(&str, Run); 6] = [
         ("whole handler", sine),
         ("whole handler, orders and ends", orders),
         ("whole handler, faults", faults),
         ("whole handler, one sine after another", replays),
         ("whole handler, other experiments", others),
+        ("whole handler, compensation and table", compensated),
     ];
     let mut after = Cost::default();
     let row = |(name, run): (&str, Run)| {
@@ -237,6 +239,27 @@ fn others(session: &mut Session<'_>) -> Result<(), String> {
         run(session, 17_000)?;
     }
     Ok(())
+}
+
+/// The other experiments with friction compensation and a feed-forward table.
+fn compensated(session: &mut Session<'_>) -> Result<(), String> {
+    let shares = [("friction_forward", 0.5), ("friction_feedback", 0.5)];
+    ask(session, &set(&shares))?;
+    for backward in [false, true] {
+        for first in (0..POINTS).step_by(PART_POINTS) {
+            let part = TablePart {
+                backward,
+                first: first as u16,
+                torques_nm: std::array::from_fn(|i| if i % 2 == 0 { 1e-3 } else { -1e-3 }),
+            };
+            ask(session, &Command::TablePut(part))?;
+        }
+    }
+    ask(
+        session,
+        &Command::TableUse(Span::Period(std::f32::consts::TAU), 0.1),
+    )?;
+    others(session)
 }
 
 fn play(session: &mut Session<'_>, experiment: Experiment<f32>, ticks: u32) -> Result<(), String> {

@@ -34,6 +34,8 @@ pub struct Heard {
     pub report: Option<Report>,
     /// Answers to commands.
     pub replies: Vec<(u16, Reply)>,
+    /// Frames of a burst: the number of the first sample, and the samples.
+    pub bursts: Vec<(u16, Vec<Record>)>,
     /// Lines of the readable trace.
     pub lines: Vec<String>,
     /// Frames of the readable trace that could not be decoded.
@@ -183,6 +185,11 @@ impl<'a> Session<'a> {
                     }
                     Kind::Status => heard.report = Report::read(&frame).or(heard.report),
                     Kind::Reply => heard.replies.extend(Reply::read(&frame)),
+                    Kind::Burst => {
+                        if let Some((first, samples)) = trace::burst(&frame) {
+                            heard.bursts.push((first, samples.collect()));
+                        }
+                    }
                     Kind::Command => {}
                 }
             }

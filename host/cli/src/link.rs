@@ -194,7 +194,7 @@ fn read(mut up: TcpStream, tell: &Sender<Heard>, pieces: Option<&Sender<Vec<u8>>
                         .u32()
                         .filter(|&version| version != PROTOCOL_VERSION)
                         .map(Heard::Foreign),
-                    Kind::Command => None,
+                    Kind::Command | Kind::Burst => None,
                 };
                 if let Some(heard) = heard
                     && tell.send(heard).is_err()

@@ -3,10 +3,12 @@
 mod about;
 mod bench;
 mod blind;
+mod burst;
 mod capture;
 mod check;
 mod commission;
 mod compare;
+mod compensate;
 mod diagnose;
 mod effects;
 mod identify;
@@ -55,9 +57,11 @@ enum Command {
     Commission(Box<commission::Args>),
     Check(check::Args),
     Compare(compare::Args),
+    Compensate(compensate::Args),
     Diagnose(diagnose::Args),
     Effects(effects::Args),
     Capture(Box<capture::Args>),
+    Burst(burst::Args),
     Target(target::Args),
     Scope(Box<scope::Args>),
     Serve(serve::Args),
@@ -102,9 +106,11 @@ fn run(command: &Command) -> Result<(), InputError> {
         Command::Commission(args) => commission::run(args),
         Command::Check(args) => check::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Compensate(args) => compensate::run(args),
         Command::Diagnose(args) => diagnose::run(args),
         Command::Effects(args) => effects::run(args),
         Command::Capture(args) => capture::run(args),
+        Command::Burst(args) => burst::run(args),
         Command::Target(args) => target::run(args),
         Command::Scope(args) => scope::run(args),
         Command::Serve(args) => serve::run(args),

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
 /// Where `cargo` puts the emulator and the firmware, from the root of the sources.
-const EMULATOR: &str = "host-tests/image/target/release/emulate";
-const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
+pub const EMULATOR: &str = "host-tests/image/target/release/emulate";
+pub const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
 
 /// On what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -3,11 +3,13 @@
 use crate::about;
 use crate::link::Link;
 use crate::target::{accepted, armed, wind_down};
-use bristle_core::command::{Changes, Command, Reply, parameter};
+use bristle_core::command::{Changes, Command, PART_POINTS, Reply, TablePart, parameter};
 use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::feed_forward::Span;
 use bristle_core::supervisor::{Fault, State};
 use bristle_gap::believed::Wiring;
 use bristle_gap::capture::{About, Capture, Sample};
+use bristle_gap::feed_forward::Table;
 use bristle_gap::run::{Bench, Phase, Seen, Take};
 use bristle_gap::{Believed, InputError, Unit};
 use std::convert::Infallible;
@@ -114,6 +116,35 @@ impl Remote {
         Ok(())
     }
 
+    /// Changes parameters of the firmware.
+    pub fn set(&mut self, changes: &Changes) -> Result<(), InputError> {
+        accepted("parameters", self.link.ask(&Command::Set(*changes))?).map(|_| ())
+    }
+
+    /// Has the firmware use a feed-forward table, or none.
+    pub fn use_table(&mut self, table: Option<&Table>) -> Result<(), InputError> {
+        let ask = |link: &mut Link, command: Command| accepted("table", link.ask(&command)?);
+        let Some(table) = table else {
+            return ask(&mut self.link, Command::TableDrop).map(|_| ());
+        };
+        for (backward, torques) in [(false, &table.forward_nm), (true, &table.backward_nm)] {
+            for (number, part) in torques.chunks_exact(PART_POINTS).enumerate() {
+                let part = TablePart {
+                    backward,
+                    first: (number * PART_POINTS) as u16,
+                    torques_nm: std::array::from_fn(|i| part[i] as f32),
+                };
+                ask(&mut self.link, Command::TablePut(part))?;
+            }
+        }
+        let span = match table.span {
+            Span::Period(period) => Span::Period(period as f32),
+            Span::Stroke(from, to) => Span::Stroke(from as f32, to as f32),
+        };
+        let command = Command::TableUse(span, table.speed_band_rad_s as f32);
+        ask(&mut self.link, command).map(|_| ())
+    }
+
     /// Does something without a guess of break-away in the firmware: torque without a count is no fault meanwhile.
     pub fn without_break_away<T>(
         &mut self,
@@ -121,10 +152,10 @@ impl Remote {
     ) -> Result<T, InputError> {
         let before = self.parameter("stuck_torque_nm")?;
         let limit = self.parameter("torque_limit_nm")?;
-        self.set("stuck_torque_nm", limit)?;
+        self.set_one("stuck_torque_nm", limit)?;
         let done = go(self);
         // Whatever went wrong before is what the user should hear of.
-        let restored = self.set("stuck_torque_nm", before);
+        let restored = self.set_one("stuck_torque_nm", before);
         done.and_then(|done| restored.map(|()| done))
     }
 
@@ -147,10 +178,10 @@ impl Remote {
         }
     }
 
-    fn set(&mut self, name: &str, value: f32) -> Result<(), InputError> {
+    fn set_one(&mut self, name: &str, value: f32) -> Result<(), InputError> {
         let mut changes = Changes::default();
         changes.add(parameter(name).unwrap_or(u8::MAX), value);
-        accepted(name, self.link.ask(&Command::Set(changes))?).map(|_| ())
+        self.set(&changes)
     }
 
     /// Torque down by a ramp, then the drive away.

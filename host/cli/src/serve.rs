@@ -3,13 +3,15 @@
 use crate::output;
 use crate::setup::{Real, Setup};
 use crate::source::{self, plain};
+use bristle_core::burst::Burst;
 use bristle_core::command::{Command, MOST_COMMAND_BYTES, Reply};
 use bristle_core::controller::{Controller, Input, Order};
+use bristle_core::feed_forward::FeedForward;
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::parameters::{BENCH, Config, Parameters};
 use bristle_core::status::{PROTOCOL_VERSION, Report};
 use bristle_core::supervisor::Request;
-use bristle_core::trace;
+use bristle_core::trace::{self, MOST_SAMPLES};
 use bristle_core::wire::Decoder;
 use bristle_gap::believed::Noise;
 use bristle_gap::{Believed, InputError, Unit};
@@ -21,6 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Ticks of a frame: a millisecond, as the firmware sends them.
 const FRAME_TICKS: u64 = 10;
+/// Samples that a burst may have, as in the firmware.
+const BURST_SAMPLES: usize = 1536;
 /// Frames between two status frames.
 const STATUS_FRAMES: u64 = 100;
 
@@ -116,6 +120,9 @@ impl Served {
             version: 0,
             rate_hz: self.rate_hz,
             orders: Vec::new(),
+            burst: Box::new(Burst::new()),
+            free_table: Box::new(FeedForward::EMPTY),
+            table: None,
         };
         // A client that goes is no error.
         let _ = session.run(link, &mut axis);
@@ -187,6 +194,10 @@ struct Session {
     version: u32,
     rate_hz: f64,
     orders: Vec<Order>,
+    burst: Box<Burst<BURST_SAMPLES>>,
+    /// The table that is being filled, and the one in use.
+    free_table: Box<FeedForward<f32>>,
+    table: Option<Box<FeedForward<f32>>>,
 }
 
 impl Session {
@@ -236,8 +247,10 @@ impl Session {
                 let order = self.orders.remove(0);
                 self.controller.obey(&self.config, &order);
             }
-            let output = self.controller.step(&self.config, &input);
+            let table = self.table.as_deref();
+            let output = self.controller.step_with(&self.config, table, &input);
             axis.advance(f64::from(output.torque_nm));
+            self.burst.take(&output.record);
             trace::put(&mut frame, &output.record);
         }
         out.extend_from_slice(frame.finish(FRAME_TICKS as u8).unwrap_or_default());
@@ -267,6 +280,9 @@ impl Session {
             bytes = bytes.get(taken..).unwrap_or_default();
             while let Some(frame) = frames.next_frame() {
                 let (number, command) = Command::read(&frame);
+                if let Some(Command::BurstRead(first)) = command {
+                    self.read_burst(first, out);
+                }
                 let reply = command.map_or(Reply::Malformed, |command| self.follow(command));
                 let mut buffer = [0; MOST_COMMAND_BYTES];
                 out.extend_from_slice(reply.write(number, &mut buffer).unwrap_or_default());
@@ -304,6 +320,41 @@ impl Session {
                 }
                 return self.set(parameters);
             }
+            Command::BurstArm(setting) => {
+                return if self.burst.arm(setting) {
+                    self.burst_reply()
+                } else {
+                    Reply::BurstRefused {
+                        most: BURST_SAMPLES as u16,
+                    }
+                };
+            }
+            Command::BurstFire => {
+                self.burst.fire();
+                return self.burst_reply();
+            }
+            Command::BurstStage | Command::BurstRead(_) => return self.burst_reply(),
+            Command::TablePut(part) => {
+                let first = usize::from(part.first);
+                let put = self.free_table.put(part.backward, first, &part.torques_nm);
+                return if put {
+                    self.accepted()
+                } else {
+                    Reply::Malformed
+                };
+            }
+            Command::TableUse(span, speed_band_rad_s) => {
+                if self.free_table.lay(span, speed_band_rad_s).is_err() {
+                    return Reply::Inconsistent;
+                }
+                let empty = Box::new(FeedForward::EMPTY);
+                self.table = Some(std::mem::replace(&mut self.free_table, empty));
+                return self.accepted();
+            }
+            Command::TableDrop => {
+                self.table = None;
+                return self.accepted();
+            }
             Command::Get(parameter) => {
                 return match self.parameters.get(parameter) {
                     Some(value) => Reply::Value { parameter, value },
@@ -330,6 +381,30 @@ impl Session {
                 nearest_l1_1_s: error.nearest.map_or(f32::NAN, |nearest| nearest as f32),
             },
         }
+    }
+
+    fn burst_reply(&self) -> Reply {
+        Reply::Burst {
+            stage: self.burst.stage(),
+            samples: self.burst.samples() as u16,
+            event_tick: self.burst.event_tick().unwrap_or_default(),
+        }
+    }
+
+    /// The samples of the burst from a number on, as many as a frame holds.
+    fn read_burst(&self, first: u16, out: &mut Vec<u8>) {
+        let mut buffer = [0; 1024];
+        let mut frame = trace::begin_burst(&mut buffer, first);
+        let mut count = 0;
+        let samples = usize::from(first)..self.burst.samples();
+        for record in samples
+            .filter_map(|number| self.burst.sample(number))
+            .take(MOST_SAMPLES)
+        {
+            trace::put(&mut frame, record);
+            count += 1;
+        }
+        out.extend_from_slice(frame.finish(count).unwrap_or_default());
     }
 
     fn accepted(&self) -> Reply {

@@ -241,6 +241,11 @@ pub fn accepted(name: &str, reply: Reply) -> Result<String, InputError> {
             format!("refused: the experiment {}", refusal.text()),
             "give a smaller one, or raise the limit; nothing was started",
         ),
+        Reply::Burst { stage, .. } => Ok(format!("the burst {}", stage.text())),
+        Reply::BurstRefused { most } => refused(
+            format!("refused: the burst is longer than the {most} samples that there is room for"),
+            "ask for less time before or after the event; nothing was changed",
+        ),
     }
 }
 

@@ -291,7 +291,7 @@ fn follow(
             let value = parameters.get(parameter).unwrap();
             (Reply::Value { parameter, value }, None)
         }
-        Order::Set(_) => panic!("nobody sets a parameter"),
+        other => panic!("nobody asks for {other:?}"),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::axis_file::{AxisFile, EffectEntry, FrictionModel, StribeckShape};
 use crate::error::InputError;
+use bristle_core::compensation::Compensation;
 use bristle_core::control::Cascade;
 use bristle_core::encoder::Encoder;
 use bristle_core::error::ParameterError;
@@ -18,6 +19,7 @@ use bristle_core::friction::stiction::{GeneralStatic, Stiction};
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::observer::stability::GainError;
 use bristle_core::observer::{Luenberger, luenberger};
+use bristle_core::parameters::BENCH;
 use bristle_core::real::Real;
 use bristle_core::stribeck::{Shape, Stribeck, Table};
 use bristle_core::tick::{Tick, TorquePath};
@@ -520,6 +522,14 @@ impl Believed {
             to(settings.max_torque_nm),
             to(sample_time_s),
         );
+        let compensation = Compensation::new(
+            to(control.friction_forward.unwrap_or(0.0)),
+            to(control.friction_feedback.unwrap_or(0.0)),
+            to(control
+                .friction_filter_s
+                .unwrap_or(f64::from(BENCH.friction_filter_s))),
+            to(sample_time_s),
+        );
         let counts = self.counts_per_turn.round() as i32;
         Ok(Tick {
             encoder: Encoder::new(counts, largest_step as i32).map_err(|e| self.refused(&e))?,
@@ -531,6 +541,7 @@ impl Believed {
             .map_err(|error| self.refused(&error))?,
             luenberger,
             control: cascade.map_err(|error| self.refused(&error))?,
+            compensation: compensation.map_err(|error| self.refused(&error))?,
         })
     }
 }

@@ -6,11 +6,13 @@
 use crate::axis_file::EffectEntry;
 use crate::believed::Believed;
 use crate::error::InputError;
+use crate::input::{character_at, line_at};
 use crate::output::write_atomically;
 use bristle_core::feed_forward::{FeedForward, POINTS, Span};
 use bristle_plant::Unit;
 use bristle_plant::contact::Levels;
 use bristle_plant::effect::{self, Effect, Instant, Plain};
+use serde::Deserialize;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -39,11 +41,100 @@ pub struct Table {
     pub speed_band_rad_s: f64,
     /// Half width of the dead zone, N m.
     pub dead_zone_nm: f64,
-    /// Ids of the effects in it.
+    /// Ids of the effects in it; a file does not say them.
     pub effects: Vec<String>,
 }
 
+/// The file of a table, as [`Table::write`] writes it; the other names are those of a linear axis.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    feed_forward: Section,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Section {
+    points: usize,
+    #[serde(alias = "period_m")]
+    period_rad: Option<f64>,
+    #[serde(alias = "from_m")]
+    from_rad: Option<f64>,
+    #[serde(alias = "to_m")]
+    to_rad: Option<f64>,
+    #[serde(alias = "speed_band_m_s")]
+    speed_band_rad_s: f64,
+    #[serde(alias = "dead_zone_n")]
+    dead_zone_nm: f64,
+    #[serde(alias = "forward_n")]
+    forward_nm: Vec<f64>,
+    #[serde(alias = "backward_n")]
+    backward_nm: Vec<f64>,
+}
+
 impl Table {
+    /// Reads what [`Self::write`] has written.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no table.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            InputError::new(
+                path,
+                format!("cannot be read: {error}"),
+                "give the table that `bristle diagnose --feed-forward` writes",
+            )
+        })?;
+        Self::parse(&text, path)
+    }
+
+    fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
+        let file: File = toml::from_str(text).map_err(|error| {
+            let message = error.message().lines().collect::<Vec<_>>().join(", ");
+            let place = error.span().unwrap_or_default().start;
+            InputError::new(
+                path,
+                message,
+                "give the table that `bristle diagnose --feed-forward` writes",
+            )
+            .at_line(line_at(text.as_bytes(), place))
+            .at_character(character_at(text.as_bytes(), place))
+        })?;
+        let wrong = |message: String| {
+            InputError::new(
+                path,
+                message,
+                "have `bristle diagnose --feed-forward` write it anew",
+            )
+        };
+        let section = file.feed_forward;
+        let span = match (section.period_rad, section.from_rad, section.to_rad) {
+            (Some(period), None, None) => Span::Period(period),
+            (None, Some(from), Some(to)) => Span::Stroke(from, to),
+            _ => return Err(wrong("has neither a period nor from and to".to_owned())),
+        };
+        let points = |name: &str, values: Vec<f64>| {
+            let count = values.len();
+            <[f64; POINTS]>::try_from(values)
+                .map_err(|_| wrong(format!("{name} has {count} points, not {POINTS}")))
+        };
+        if section.points != POINTS {
+            return Err(wrong(format!("points = {}, not {POINTS}", section.points)));
+        }
+        let table = Self {
+            span,
+            forward_nm: points("forward", section.forward_nm)?,
+            backward_nm: points("backward", section.backward_nm)?,
+            speed_band_rad_s: section.speed_band_rad_s,
+            dead_zone_nm: section.dead_zone_nm,
+            effects: Vec::new(),
+        };
+        table
+            .for_control()
+            .map_err(|error| wrong(error.to_string()))?;
+        Ok(table)
+    }
+
     /// The table that cancels what can be cancelled of the effects of an axis, over a turn or a linear stroke; none where
     /// there is nothing to cancel.
     ///
@@ -187,4 +278,60 @@ fn build(axis: &Believed, entry: &EffectEntry) -> Result<Box<dyn Effect>, InputE
         axis.unit,
     )
     .map_err(|error| axis.refused_effect(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(span: Span<f64>) -> Table {
+        Table {
+            span,
+            forward_nm: std::array::from_fn(|i| 1e-3 * i as f64),
+            backward_nm: [-0.5; POINTS],
+            speed_band_rad_s: 0.1,
+            dead_zone_nm: 0.0,
+            effects: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.toml");
+        for unit in [Unit::Rotary, Unit::Linear] {
+            for span in [Span::Period(6.25), Span::Stroke(-1.0, 2.0)] {
+                let table = table(span);
+                table.write(&["of a test".to_owned()], unit, &path).unwrap();
+                assert_eq!(Table::read(&path), Ok(table));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused_with_its_place() {
+        let path = Path::new("table.toml");
+        let folder = tempfile::tempdir().unwrap();
+        let written = folder.path().join("table.toml");
+        table(Span::Period(1.0))
+            .write(&[], Unit::Rotary, &written)
+            .unwrap();
+        let good = std::fs::read_to_string(written).unwrap();
+        for (from, to, word) in [
+            ("points = 512", "points = 511", "points = 511"),
+            ("points = 512", "pionts = 512", "table.toml:3:1"),
+            ("period_rad = 1.0", "from_rad = 1.0", "neither a period"),
+            ("period_rad = 1.0", "period_rad = 0.0", "period_rad"),
+            (
+                "speed_band_rad_s = 0.1",
+                "speed_band_rad_s = -0.1",
+                "speed_band",
+            ),
+            ("[0.0, ", "[", "511 points"),
+        ] {
+            assert!(good.contains(from), "{from}");
+            let error = Table::parse(&good.replacen(from, to, 1), path).unwrap_err();
+            assert!(error.to_string().contains(word), "{error}");
+        }
+    }
 }

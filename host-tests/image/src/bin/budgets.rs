@@ -19,9 +19,10 @@ A piece runs as a function of its own, called with the inputs of a recorded run 
 The handler is the interrupt of the firmware's image, from its first to its last instruction, in the same experiment,
 arming and start included; the core's entry and exit come on top, about 22 cycles. Its further rows hold the ticks that
 are not like those: stops, disarming, ends and new parameters; each fault of an axis or a host, in sine and loop; a sine
-that begins while another one plays; and every other experiment. What a tick does for the next one (its reference, orders,
-new parameters, statistics) is an interrupt that follows the handler, after the torque has been put out: the last row,
-over all these runs. Both together are what a tick takes of its 17,000 cycles.
+that begins while another one plays; every other experiment; and these with friction compensation and a feed-forward
+table. What a tick does for the next one (its reference, compensation, orders, new parameters, statistics) is an interrupt
+that follows the handler, after the torque has been put out: the last row, over all these runs. Both together are what a
+tick takes of its 17,000 cycles.
 
 ";
 

@@ -2,7 +2,8 @@
 
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::experiment::{Bounds, Experiment};
-use bristle_core::parameters::BENCH;
+use bristle_core::feed_forward::FeedForward;
+use bristle_core::parameters::{BENCH, Parameters};
 use bristle_core::supervisor::{Request, State};
 use bristle_core::trace::{FLAG_EXPERIMENT, Record};
 
@@ -22,7 +23,18 @@ pub fn on_the_host(
     counts: &[u32],
     plays: &[(Experiment<f32>, Bounds<f32>)],
 ) -> Vec<Record> {
-    let config = BENCH.build(1e-4, 1).unwrap();
+    with(&BENCH, None, records, counts, plays)
+}
+
+/// The same with other parameters and a feed-forward table, both in use before the first experiment.
+pub fn with(
+    parameters: &Parameters,
+    table: Option<&FeedForward<f32>>,
+    records: &[Record],
+    counts: &[u32],
+    plays: &[(Experiment<f32>, Bounds<f32>)],
+) -> Vec<Record> {
+    let config = parameters.build(1e-4, 1).unwrap();
     let mut controller = Controller::new(&config, 0, false);
     let armed = |r: &Record| r.status.state() == Some(State::Armed);
     let arm = records.iter().position(armed);
@@ -46,7 +58,7 @@ pub fn on_the_host(
             raw,
             ..Input::default()
         };
-        controller.step(&config, &input).record
+        controller.step_with(&config, table, &input).record
     };
     counts.iter().enumerate().map(step).collect()
 }

@@ -108,6 +108,12 @@ pub struct Control {
     pub velocity_gain: Option<f64>,
     /// Integral gain of the velocity loop as a part of its proportional gain, 1/s.
     pub velocity_integral_1_s: Option<f64>,
+    /// Share of the friction along the reference that is fed forward.
+    pub friction_forward: Option<f64>,
+    /// Share of the observed friction that is taken off.
+    pub friction_feedback: Option<f64>,
+    /// Time constant of the observed friction's filter, s.
+    pub friction_filter_s: Option<f64>,
 }
 
 /// The friction observer.

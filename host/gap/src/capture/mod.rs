@@ -266,7 +266,7 @@ impl Notes {
                     self.odd_frames += 1;
                 }
             }
-            Kind::Reply | Kind::Command => {}
+            Kind::Reply | Kind::Burst | Kind::Command => {}
         }
     }
 

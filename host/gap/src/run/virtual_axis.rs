@@ -6,6 +6,7 @@ use crate::capture::Sample;
 use crate::error::InputError;
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::experiment::{Bounds, Experiment};
+use bristle_core::feed_forward::FeedForward;
 use bristle_core::parameters::Config;
 use bristle_core::supervisor::{Limits, Request};
 use bristle_plant::axis::{Axis, Truth};
@@ -14,6 +15,7 @@ use bristle_plant::axis::{Axis, Truth};
 pub struct Virtual {
     believed: Believed,
     config: Config,
+    table: Option<Box<FeedForward<f32>>>,
     controller: Controller,
     axis: Axis,
     /// What the wiring does that the axis file does not say: 1 or -1.
@@ -55,6 +57,7 @@ impl Virtual {
             controller: Controller::new(&config, raw(counts), false),
             believed: real.clone(),
             config,
+            table: None,
             encoder_sign,
             torque_sign: sign(its.torque_reversed, said.torque_reversed) as f64,
             hand_nm: HAND * believed.stiction_nm,
@@ -67,6 +70,20 @@ impl Virtual {
         }
         bench.tick(Some(Order::Request(Request::Arm)))?;
         Ok(bench)
+    }
+
+    /// The supervisor has the limits of another belief from now on, before the first experiment.
+    ///
+    /// # Errors
+    /// A limit out of range.
+    pub fn limits_of(&mut self, axis: &Believed) -> Result<(), InputError> {
+        self.config.limits = limits(axis, f64::from(self.config.tick_s))?;
+        Ok(())
+    }
+
+    /// The controller adds a feed-forward table from now on.
+    pub fn use_table(&mut self, table: FeedForward<f32>) {
+        self.table = Some(Box::new(table));
     }
 
     /// The same without a guess of break-away: torque without a count is no fault.
@@ -99,7 +116,9 @@ impl Virtual {
         if let Some(order) = order {
             self.controller.obey(&self.config, &order);
         }
-        let output = self.controller.step(&self.config, &input);
+        let output = self
+            .controller
+            .step_with(&self.config, self.table.as_deref(), &input);
         let torque_nm = hand_nm.unwrap_or(self.torque_sign * f64::from(output.torque_nm));
         self.counts = self.encoder_sign * self.axis.advance(torque_nm).counts;
         let sample = Sample {
@@ -195,8 +214,20 @@ fn raw(counts: i64) -> u32 {
     (counts.cast_unsigned() & u64::from(u32::MAX)) as u32
 }
 
-/// What the interrupt would run on for this axis. Limits that the axis file does not know are wide.
+/// What the interrupt would run on for this axis.
 fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
+    let torque_nm = axis.torque_limit_nm();
+    Ok(Config {
+        tick: axis.tick(tick_s)?,
+        limits: limits(axis, tick_s)?,
+        tick_s: tick_s as f32,
+        full_scale_nm: torque_nm as f32,
+        deflection_1_nm: 1.0 / torque_nm as f32,
+    })
+}
+
+/// The supervisor's limits for this axis. Those that the axis file does not know are wide.
+fn limits(axis: &Believed, tick_s: f64) -> Result<Limits, InputError> {
     let torque_nm = axis.torque_limit_nm();
     let ticks = |seconds: f64| (seconds / tick_s).round().max(1.0) as u32;
     let stuck_nm = 1.2 * axis.stiction_nm + axis.offset_nm().abs();
@@ -219,17 +250,11 @@ fn config(axis: &Believed, tick_s: f64) -> Result<Config, InputError> {
         index_counts: 0,
         boot_ticks: ticks(0.01),
     };
-    Ok(Config {
-        tick: axis.tick(tick_s)?,
-        limits: limits.checked().map_err(|error| {
-            InputError::new(
-                "axis file",
-                error.to_string(),
-                "correct it, or leave it out",
-            )
-        })?,
-        tick_s: tick_s as f32,
-        full_scale_nm: torque_nm as f32,
-        deflection_1_nm: 1.0 / torque_nm as f32,
+    limits.checked().map_err(|error| {
+        InputError::new(
+            "axis file",
+            error.to_string(),
+            "correct it, or leave it out",
+        )
     })
 }
