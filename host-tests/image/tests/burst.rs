@@ -115,9 +115,14 @@ fn each_trigger_keeps_the_samples_about_its_event() {
                 assert!(at.counts == high - 2 || at.counts == low + 2, "{at:?}");
             }
             Trigger::BreakAway { .. } => {
-                let rest = &records[usize::from(BEFORE) - 100..usize::from(BEFORE)];
-                let moved = |r: &Record| at.counts.abs_diff(r.counts);
-                assert!(moved(&rest[0]) >= 3, "{at:?}");
+                // Bristles may bend for a while between the rest and its third count.
+                let rested = records[..usize::from(BEFORE)].windows(100).any(|rest| {
+                    let rests_at = |c: &i32| rest.iter().all(|r| r.counts.abs_diff(*c) <= 1);
+                    (at.counts - 10..at.counts + 10)
+                        .filter(|c| at.counts.abs_diff(*c) >= 3)
+                        .any(|c| rests_at(&c))
+                });
+                assert!(rested, "{at:?}");
             }
         }
         session.ask(&Command::Stop).unwrap();
