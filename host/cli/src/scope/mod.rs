@@ -25,6 +25,7 @@ use recording::Recording;
 use std::io::{self, IsTerminal};
 use std::net::TcpListener;
 use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use trigger::Trigger;
 
@@ -220,6 +221,13 @@ impl Scope {
         terminal: &mut ratatui::DefaultTerminal,
         seconds: Option<f64>,
     ) -> io::Result<()> {
+        // Whoever reads from a terminal that is gone never comes back; then the rest still ends as it should.
+        let (send, events) = channel();
+        std::thread::spawn(move || {
+            while let Ok(event) = event::read()
+                && send.send(event).is_ok()
+            {}
+        });
         let begun = Instant::now();
         let over = |begun: Instant| seconds.is_some_and(|s| begun.elapsed().as_secs_f64() > s);
         while !self.quits && !source::interrupted() && !over(begun) {
@@ -229,8 +237,10 @@ impl Scope {
             while let Some(left) = until.checked_duration_since(Instant::now())
                 && !self.quits
             {
-                if event::poll(left)? {
-                    self.event(&event::read()?);
+                match events.recv_timeout(left) {
+                    Ok(event) => self.event(&event),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => self.quits = true,
                 }
             }
         }
