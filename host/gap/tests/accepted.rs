@@ -116,10 +116,10 @@ fn every_key_of_an_axis_file() {
         for section in bristle_gap::axis_file::keys::SECTIONS {
             text += &format!("[{section}]\n");
             for key in KEYS.iter().filter(|key| key.section == section) {
-                let value = if key.rotary == "breakaway_ratio" {
-                    "0.5"
-                } else {
-                    "1_0"
+                let value = match key.rotary {
+                    "breakaway_ratio" => "0.5",
+                    "encoder_sign" | "torque_sign" => "-1",
+                    _ => "1_0",
                 };
                 text += &format!("{} = {value}\n", key.name(unit));
             }
