@@ -25,11 +25,7 @@ pub fn with<R>(action: impl FnOnce(&mut Burst<BURST_SAMPLES>) -> R) -> R {
 
 /// Where it stands.
 pub fn reply() -> Reply {
-    with(|burst| Reply::Burst {
-        stage: burst.stage(),
-        samples: burst.samples() as u16,
-        event_tick: burst.event_tick().unwrap_or_default(),
-    })
+    with(|burst| Reply::to_burst(burst))
 }
 
 /// Sends the samples from a number on, as many as a frame holds. It may find no room on the link, as any frame; then the

@@ -142,30 +142,17 @@ impl Commands {
 
     /// Takes all changes or none. Answers when the tick runs on them.
     async fn set(&mut self, changes: &Changes) -> Reply {
-        let mut parameters = self.parameters;
-        for (parameter, value) in changes.iter() {
-            match parameters.set(parameter, value) {
-                Ok(()) => {}
-                Err(Some(entry)) => {
-                    return Reply::OutOfRange {
-                        parameter,
-                        low: entry.low,
-                        high: entry.high,
-                    };
-                }
-                Err(None) => return Reply::Malformed,
-            }
-        }
+        let parameters = match changes.apply(&self.parameters) {
+            Ok(parameters) => parameters,
+            Err(reply) => return reply,
+        };
         let config = match parameters.build(timing::TICK_S, timing::OUTPUT_DELAY_SAMPLES) {
             Ok(config) => config,
-            Err(BuildError::Parameter(error)) => {
-                defmt::warn!("{=str} must be {=str}", error.name, error.must_be);
-                return Reply::Inconsistent;
-            }
-            Err(BuildError::Gain(error)) => {
-                return Reply::Unstable {
-                    nearest_l1_1_s: error.nearest.map_or(f32::NAN, |nearest| nearest as f32),
-                };
+            Err(error) => {
+                if let BuildError::Parameter(error) = &error {
+                    defmt::warn!("{=str} must be {=str}", error.name, error.must_be);
+                }
+                return Reply::to_parameters(&error);
             }
         };
         if !exchange::offer(&config) {

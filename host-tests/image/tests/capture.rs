@@ -5,10 +5,12 @@ mod common;
 mod reference;
 
 use bristle_core::command::Command;
+use bristle_core::experiment::Bounds;
+use bristle_core::parameters::BENCH;
 use bristle_gap::capture::{Capture, Layout, Sample, Summary};
 use bristle_gap::log::Log;
 use bristle_image::host::Session;
-use reference::{OPEN, SINE, on_the_host};
+use reference::{SINE, bits, on_the_host};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -53,7 +55,9 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let mut session = Session::new(&image, &table).unwrap();
     session.raw = Some(Box::new(File::create(&raw).unwrap()));
     session.arm().unwrap();
-    session.ask(&Command::Play(SINE, OPEN)).unwrap();
+    session
+        .ask(&Command::Play(SINE, Bounds::open(u32::MAX)))
+        .unwrap();
     session.run(TICKS).unwrap();
 
     let summary = capture(&raw, &path);
@@ -68,20 +72,20 @@ fn a_captured_run_lacks_nothing_and_equals_the_host() {
     let log = Log::read(&path).unwrap();
     assert_eq!((log.len(), log.gaps().len()), (records.len(), 0));
     let counts = &session.knobs.borrow().counts[..records.len()];
-    let host = on_the_host(records, counts, &[(SINE, OPEN)]);
+    let host = on_the_host(
+        &BENCH,
+        None,
+        records,
+        counts,
+        &[(SINE, Bounds::open(u32::MAX))],
+    );
     let z = column(&log, "z_time_free_rad");
     let z_luenberger = column(&log, "z_luenberger_rad");
     let velocity = log.velocity.as_ref().unwrap();
     let torque = &log.efforts[0].values;
     for (i, host) in host.iter().enumerate() {
-        let read = [z[i], z_luenberger[i], velocity[i] as f32, torque[i] as f32];
-        let own = [
-            host.z_time_free_rad,
-            host.z_luenberger_rad,
-            host.velocity_rad_s,
-            host.torque_ref_nm,
-        ];
-        assert_eq!(read.map(f32::to_bits), own.map(f32::to_bits), "row {i}");
+        let read = [z_luenberger[i], z[i], velocity[i] as f32, torque[i] as f32];
+        assert_eq!(read.map(f32::to_bits), bits(host), "row {i}");
         assert_eq!(log.position.values[i], f64::from(host.counts), "row {i}");
         assert_eq!(log.time_s[i], f64::from(host.tick) / 1e4, "row {i}");
     }

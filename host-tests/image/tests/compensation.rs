@@ -177,29 +177,25 @@ fn compensation_and_table_equal_the_host() {
     let table = FeedForward::new(span, forward, backward, 0.1, 0.0).unwrap();
     let records = &session.heard.records;
     let counts = &session.knobs.borrow().counts[..records.len()];
-    let host = reference::with(&parameters, Some(&table), records, counts, &plays);
-    let bits = |r: &Record| {
-        [
-            r.z_luenberger_rad,
-            r.z_time_free_rad,
-            r.velocity_rad_s,
-            r.torque_ref_nm,
-        ]
-        .map(f32::to_bits)
-    };
+    let host = reference::on_the_host(&parameters, Some(&table), records, counts, &plays);
     for (image, host) in records.iter().zip(&host) {
-        assert_eq!(bits(image), bits(host), "tick {}", image.tick);
+        assert_eq!(
+            reference::bits(image),
+            reference::bits(host),
+            "tick {}",
+            image.tick
+        );
     }
     // Neither is without effect.
-    let plain = reference::with(&BENCH, None, records, counts, &plays);
+    let plain = reference::on_the_host(&BENCH, None, records, counts, &plays);
     let differ = |other: &[Record]| {
         records
             .iter()
             .zip(other)
-            .filter(|(a, b)| bits(a) != bits(b))
+            .filter(|(a, b)| reference::bits(a) != reference::bits(b))
             .count()
     };
-    let no_table = reference::with(&parameters, None, records, counts, &plays);
+    let no_table = reference::on_the_host(&parameters, None, records, counts, &plays);
     assert!(differ(&plain) > 6000 && differ(&no_table) > 6000);
     println!("{} ticks equal to the host's bit for bit", host.len());
 }

@@ -5,9 +5,11 @@ mod common;
 mod reference;
 
 use bristle_core::command::{Command, Reply};
+use bristle_core::experiment::Bounds;
+use bristle_core::parameters::BENCH;
 use bristle_core::trace::Record;
 use bristle_image::host::Session;
-use reference::{OPEN, SINE, on_the_host};
+use reference::{SINE, bits, on_the_host};
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -35,7 +37,9 @@ fn sine_from_reset_to_log_equals_the_host() {
     let table = common::table(&image);
     let mut session = Session::new(&image, &table).unwrap();
     let armed = session.arm().unwrap();
-    let reply = session.ask(&Command::Play(SINE, OPEN)).unwrap();
+    let reply = session
+        .ask(&Command::Play(SINE, Bounds::open(u32::MAX)))
+        .unwrap();
     assert!(matches!(reply, Reply::Accepted { .. }), "{reply:?}");
     let begun = Instant::now();
     let first = session.ticks();
@@ -56,20 +60,17 @@ fn sine_from_reset_to_log_equals_the_host() {
             .zip(counts)
             .all(|(r, &c)| r.counts == c.cast_signed())
     );
-    let host = on_the_host(records, counts, &[(SINE, OPEN)]);
+    let host = on_the_host(
+        &BENCH,
+        None,
+        records,
+        counts,
+        &[(SINE, Bounds::open(u32::MAX))],
+    );
     let moved = records.iter().map(|r| r.counts.abs()).max().unwrap();
     assert_eq!(host.len(), records.len());
     let mut differences = 0;
     for (image, host) in records.iter().zip(&host) {
-        let bits = |r: &Record| {
-            [
-                r.z_luenberger_rad,
-                r.z_time_free_rad,
-                r.velocity_rad_s,
-                r.torque_ref_nm,
-            ]
-            .map(f32::to_bits)
-        };
         if bits(image) != bits(host) || image.status.state() != host.status.state() {
             differences += 1;
             if differences < 5 {

@@ -7,12 +7,13 @@ mod reference;
 use bristle_core::command::{Command, Reply, in_single_precision};
 use bristle_core::experiment::bounds::Refusal;
 use bristle_core::experiment::{Bounds, End, Experiment};
+use bristle_core::parameters::BENCH;
 use bristle_core::trace::Record;
 use bristle_gap::experiments::Named;
 use bristle_gap::plan::Step;
 use bristle_gap::{AxisFile, Believed};
 use bristle_image::host::Session;
-use reference::{OPEN, SINE, on_the_host};
+use reference::{SINE, bits, on_the_host};
 use std::path::Path;
 
 /// Ticks for which each plays: a whole move with its pause, and a pulse with its rest.
@@ -100,16 +101,7 @@ fn every_experiment_plays_for_its_time_and_equals_the_host() {
     let heard = &session.heard;
     assert_eq!((heard.continuity.lost, session.faulted(0)), (0, None));
     let counts = &session.knobs.borrow().counts[..heard.records.len()];
-    let host = on_the_host(&heard.records, counts, &plays);
-    let bits = |r: &Record| {
-        [
-            r.z_luenberger_rad,
-            r.z_time_free_rad,
-            r.velocity_rad_s,
-            r.torque_ref_nm,
-        ]
-        .map(f32::to_bits)
-    };
+    let host = on_the_host(&BENCH, None, &heard.records, counts, &plays);
     for (image, host) in heard.records.iter().zip(&host) {
         assert_eq!(bits(image), bits(host), "tick {}", image.tick);
         let status = |r: &Record| (r.status.state(), r.status.ended(), r.status.flags());
@@ -142,7 +134,7 @@ fn what_asks_for_too_much_is_refused_by_the_image() {
     };
     for (experiment, bounds, refusal) in [
         (far, near, Refusal::Travel),
-        (strong, OPEN, Refusal::Torque),
+        (strong, Bounds::open(u32::MAX), Refusal::Torque),
         (SINE, Bounds::open(0), Refusal::Range),
     ] {
         let reply = session.ask(&Command::Play(experiment, bounds)).unwrap();

@@ -304,25 +304,14 @@ impl Session {
                 }
             }
             Command::Set(changes) => {
-                let mut parameters = self.parameters;
-                for (parameter, value) in changes.iter() {
-                    match parameters.set(parameter, value) {
-                        Ok(()) => {}
-                        Err(Some(entry)) => {
-                            return Reply::OutOfRange {
-                                parameter,
-                                low: entry.low,
-                                high: entry.high,
-                            };
-                        }
-                        Err(None) => return Reply::Malformed,
-                    }
-                }
-                return self.set(parameters);
+                return match changes.apply(&self.parameters) {
+                    Ok(parameters) => self.set(parameters),
+                    Err(reply) => reply,
+                };
             }
             Command::BurstArm(setting) => {
                 return if self.burst.arm(setting) {
-                    self.burst_reply()
+                    Reply::to_burst(&self.burst)
                 } else {
                     Reply::BurstRefused {
                         most: BURST_SAMPLES as u16,
@@ -331,9 +320,9 @@ impl Session {
             }
             Command::BurstFire => {
                 self.burst.fire();
-                return self.burst_reply();
+                return Reply::to_burst(&self.burst);
             }
-            Command::BurstStage | Command::BurstRead(_) => return self.burst_reply(),
+            Command::BurstStage | Command::BurstRead(_) => return Reply::to_burst(&self.burst),
             Command::TablePut(part) => {
                 let first = usize::from(part.first);
                 let put = self.free_table.put(part.backward, first, &part.torques_nm);
@@ -376,18 +365,7 @@ impl Session {
                 self.version += 1;
                 self.accepted()
             }
-            Err(BuildError::Parameter(_)) => Reply::Inconsistent,
-            Err(BuildError::Gain(error)) => Reply::Unstable {
-                nearest_l1_1_s: error.nearest.map_or(f32::NAN, |nearest| nearest as f32),
-            },
-        }
-    }
-
-    fn burst_reply(&self) -> Reply {
-        Reply::Burst {
-            stage: self.burst.stage(),
-            samples: self.burst.samples() as u16,
-            event_tick: self.burst.event_tick().unwrap_or_default(),
+            Err(error) => Reply::to_parameters(&error),
         }
     }
 

@@ -3,7 +3,7 @@
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::feed_forward::FeedForward;
-use bristle_core::parameters::{BENCH, Parameters};
+use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::{Request, State};
 use bristle_core::trace::{FLAG_EXPERIMENT, Record};
 
@@ -13,21 +13,20 @@ pub const SINE: Experiment<f32> = Experiment::Sine {
     period_ticks: 10_000,
 };
 
-/// Nothing but the supervisor's limits, for ever.
-pub const OPEN: Bounds<f32> = Bounds::open(u32::MAX);
-
-/// The host's run of `core` on the counts that the image saw: these experiments one after the other, with the orders at
-/// the ticks at which they show.
-pub fn on_the_host(
-    records: &[Record],
-    counts: &[u32],
-    plays: &[(Experiment<f32>, Bounds<f32>)],
-) -> Vec<Record> {
-    with(&BENCH, None, records, counts, plays)
+/// What both have to agree on, bit for bit: z of both observers, velocity and torque.
+pub fn bits(record: &Record) -> [u32; 4] {
+    [
+        record.z_luenberger_rad,
+        record.z_time_free_rad,
+        record.velocity_rad_s,
+        record.torque_ref_nm,
+    ]
+    .map(f32::to_bits)
 }
 
-/// The same with other parameters and a feed-forward table, both in use before the first experiment.
-pub fn with(
+/// The host's run of `core` on the counts that the image saw: these experiments one after the other, with the orders at
+/// the ticks at which they show, and parameters and a feed-forward table that are in use before the first of them.
+pub fn on_the_host(
     parameters: &Parameters,
     table: Option<&FeedForward<f32>>,
     records: &[Record],
