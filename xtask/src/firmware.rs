@@ -81,6 +81,8 @@ fn compile(options: &[String]) -> Option<PathBuf> {
         target.push("pwm");
     }
     cargo.env("CARGO_TARGET_DIR", &target);
+    // An environment that asks for incremental builds would split the handler over code generation units: 9 % more cycles.
+    cargo.env("CARGO_INCREMENTAL", "0");
     eprintln!("+ cd {} && {cargo:?}", folder.display());
     if !cargo.status().is_ok_and(|status| status.success()) {
         return None;
