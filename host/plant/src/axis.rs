@@ -122,14 +122,19 @@ pub fn rub(
         },
         dt_s: now.step_s,
     });
-    for effect in effects {
-        friction = effect.friction(now, friction);
-    }
+    friction = changed(effects, now, friction);
     if held && applied_nm.abs() <= friction.abs() {
         applied_nm
     } else {
         friction
     }
+}
+
+/// What effects make of the friction of a contact, N m.
+pub fn changed(effects: &mut [Box<dyn Effect>], now: &Instant, friction_nm: f64) -> f64 {
+    effects.iter_mut().fold(friction_nm, |friction_nm, effect| {
+        effect.friction(now, friction_nm)
+    })
 }
 
 impl Axis {
