@@ -277,6 +277,7 @@ impl Axis {
                 .config
                 .mechanics
                 .torque_at_friction_nm(&self.motion, torque);
+            now.motion = self.config.mechanics.at_friction(&self.motion);
             let friction = rub(self.contact.as_mut(), &mut self.effects, &now, applied);
             let before = self.motion.velocity_rad_s;
             self.config.mechanics.kick(

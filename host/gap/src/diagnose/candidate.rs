@@ -249,10 +249,14 @@ impl<'a> Background<'a> {
         if grid.is_empty() {
             grid.push(none);
         }
-        let shapes: Vec<usize> = of(Kind::Limit).chain(of(Kind::Shape)).collect();
+        let shapes: Vec<usize> = of(Kind::Form)
+            .chain(of(Kind::Limit))
+            .chain(of(Kind::Shape))
+            .collect();
         for shape in shapes {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
+                Kind::Form => vec![low, high],
                 Kind::Limit => levels([low, high], LIMITS).collect(),
                 _ => self
                     .moments(parameters[shape].name)
@@ -536,7 +540,7 @@ impl<'a> Background<'a> {
                     free.center = 0.5 * (low + high);
                     model.free.push(free);
                 }
-                Kind::Shape | Kind::Limit | Kind::Seed => {}
+                Kind::Shape | Kind::Limit | Kind::Form | Kind::Seed => {}
             }
         }
         model

@@ -85,11 +85,12 @@ pub fn left_over(
         contact = effect.contact(contact);
         coupling = effect.coupling(inertia).or(coupling);
     }
+    let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
     let as_measured = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()))
-        && coupling.is_none()
+        && on_motor
         && corrected.is_none();
-    let mut load =
-        coupling.map(|coupling| Load::new(coupling, inertia, stretch.effort_nm[0], step_s));
+    let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
+    let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
     if let Some(stiffness) = running.stiffness_nm_rad {
@@ -142,6 +143,11 @@ pub fn left_over(
                 torque -= (share - 1.0) * inertia * acceleration;
             }
         }
+        if let Some(load) = load.as_mut().filter(|_| on_motor) {
+            torque -= load.advance(&now, |_, _| 0.0);
+            now.motion.load_position_rad = position_rad;
+            now.motion.load_velocity_rad_s = v;
+        }
         let opposed = if as_measured && !(holds && v == 0.0) {
             let own_nm = match &rubbing {
                 Rubbing::Known(known_nm) => known_nm[k],
@@ -155,8 +161,7 @@ pub fn left_over(
                 kept_nm[k] = own_nm;
             }
             changed(&mut running.effects, &now, own_nm)
-        } else if let Some(load) = &mut load {
-            // What the load takes beyond its inertia at the motor's acceleration, which the balance counts as measured.
+        } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
             load.advance(&now, |now, applied_nm| {
                 rub(contact.as_mut(), &mut running.effects, now, applied_nm)
             })
@@ -285,7 +290,7 @@ impl Load {
     }
 
     /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
-    /// load as the motor accelerates.
+    /// load as the motor accelerates: the balance counts that as measured.
     fn advance(&mut self, now: &Instant, mut friction: impl FnMut(&Instant, f64) -> f64) -> f64 {
         let motor_rad_s2 = now.acceleration_rad_s2;
         let mut now = *now;

@@ -377,6 +377,7 @@ impl Point {
                 stiffness_nm_rad: load.stiffness_nm_rad,
                 damping_nm_s_rad: load.damping_nm_s_rad,
                 gap_rad: 0.0,
+                friction_on_motor: false,
             }),
             contact: believed.contact(believed.model)?,
             stiffness_nm_rad: has_bristles(believed.model).then_some(believed.stiffness_nm_rad),
