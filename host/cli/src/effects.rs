@@ -95,6 +95,7 @@ fn role(kind: Kind) -> &'static str {
         Kind::Phase => "phase",
         Kind::Frequency => "frequency",
         Kind::Shape => "shape",
+        Kind::Form => "form",
         Kind::Seed => "seed",
     }
 }
@@ -157,6 +158,7 @@ record.
 | order | waves a turn, or a metre |
 | phase, frequency | of a wave |
 | shape | times, speeds, exponents, places |
+| form | one of two forms, 0 or 1 |
 | seed | of random numbers |
 
 Usual ranges are priors, not limits; they follow from the size of the axis, here `axes/bench.toml` and `axes/emps.toml`

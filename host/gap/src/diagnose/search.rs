@@ -62,6 +62,28 @@ impl Hypothesis {
     pub fn ids(&self) -> Vec<&'static str> {
         self.added.iter().map(|entry| entry.id).collect()
     }
+
+    /// The same beside noise that takes as much off it as off the base.
+    fn beside_noise(mut self, noise: &Self, base: &Self) -> Self {
+        let square = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>();
+        let part = (square(&noise.held_out) / square(&base.held_out)).sqrt();
+        for r in &mut self.held_out {
+            *r *= part;
+        }
+        self.score += noise.score - base.score;
+        self.model
+            .effects
+            .extend(noise.model.effects.last().cloned());
+        self
+    }
+}
+
+/// Whether nothing but noise was added.
+pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
+    hypothesis
+        .added
+        .iter()
+        .all(|entry| NOISE_ONLY.contains(&entry.id))
 }
 
 /// All that was tried.
@@ -260,8 +282,10 @@ pub fn search(
         let Some(from) = best.take().filter(room) else {
             break;
         };
-        let background =
-            Background::new(&from.model, &records, &nodes, &scale, &weights, &from.fit);
+        // Noise leaves the model as it is.
+        let ground = if of_noise(&from) { &base } else { &from };
+        let (model, fit) = (&ground.model, &ground.fit);
+        let background = Background::new(model, &records, &nodes, &scale, &weights, fit);
         let others: Vec<&'static Entry> = fitted_ones
             .iter()
             .copied()
@@ -274,7 +298,12 @@ pub fn search(
                 let mut added = from.added.clone();
                 added.push(entry);
                 let fit = fit.with_own_jacobian(&model, &records, &weights);
-                score(added, model, fit)
+                let both = score(added, model, fit)?;
+                Ok(if of_noise(&from) {
+                    both.beside_noise(&from, &base)
+                } else {
+                    both
+                })
             })
             .collect::<Result<_, InputError>>()?;
         found.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -12,8 +12,6 @@ use bristle_plant::effect::{Kind, Scale};
 
 /// A grid this much coarser than a count is no rounding of the file.
 const COARSER: f64 = 1.5;
-/// Jitter whose noise is less than this part of all other is there on every axis; a grid is there or not.
-const MATTERS: f64 = 0.6;
 /// Jitter counts where it moves the position by this part of a count at the speeds on record.
 const JITTER_COUNTS: f64 = 0.3;
 
@@ -47,7 +45,6 @@ pub fn hypotheses(
                 entry,
                 grid,
                 inertia_kg_m2,
-                0.0,
                 &extra,
             ));
         }
@@ -57,18 +54,21 @@ pub fn hypotheses(
         shown.retain(|jitter_s| *jitter_s > 0.0);
         shown.sort_unstable_by(f64::total_cmp);
         let jitter = shown.get(shown.len() / 2).copied().unwrap_or_default();
-        let mut can_show = records.iter().filter(|record| {
-            let top = record
-                .stretches
-                .iter()
-                .flat_map(|s| &s.velocity_rad_s)
-                .fold(0.0, |top: f64, v| top.max(v.abs()));
-            jitter * top > JITTER_COUNTS * record.rad_per_count
-        });
-        let alike = |record: &Record| record.sensor.jitter_s > ALIKE * jitter;
-        if can_show.clone().next().is_some() && can_show.all(alike) {
+        let can_show: Vec<&Record> = records
+            .iter()
+            .filter(|record| {
+                let top = record
+                    .stretches
+                    .iter()
+                    .flat_map(|s| &s.velocity_rad_s)
+                    .fold(0.0, |top: f64, v| top.max(v.abs()));
+                jitter * top > JITTER_COUNTS * record.rad_per_count
+            })
+            .collect();
+        let alike = |record: &&Record| record.sensor.jitter_s > ALIKE * jitter;
+        if jitter > least(entry, scale) && !can_show.is_empty() && can_show.iter().all(alike) {
             let extra = |_: &Record, v: f64| (jitter * v).powi(2);
-            found.extend(explains(
+            let of_balance = explains(
                 base,
                 records,
                 nodes,
@@ -76,12 +76,22 @@ pub fn hypotheses(
                 entry,
                 jitter,
                 inertia_kg_m2,
-                MATTERS,
                 &extra,
-            ));
+            );
+            let of_positions: f64 = can_show.iter().map(|r| r.sensor.jitter_nats).sum();
+            found.extend(of_balance.map(|hypothesis| Hypothesis {
+                score: hypothesis.score + of_positions,
+                ..hypothesis
+            }));
         }
     }
     found
+}
+
+/// The least usual size of an effect; a clock jitters by less on every axis.
+fn least(entry: &Entry, scale: &Scale) -> f64 {
+    let size = entry.parameters.iter().find(|p| p.kind == Kind::Size);
+    size.map_or(0.0, |size| (size.range)(scale)[0])
 }
 
 /// The base with position noise of an extra variance at each node explained.
@@ -97,7 +107,6 @@ fn explains(
     entry: &'static Entry,
     size: f64,
     inertia_kg_m2: f64,
-    matters: f64,
     extra: &dyn Fn(&Record, f64) -> f64,
 ) -> Option<Hypothesis> {
     let (mut squares, mut kept, mut gain) = (0.0, 0.0, 0.0);
@@ -118,7 +127,7 @@ fn explains(
         squares += r * r;
         kept += (r * r - excess).max(0.1 * r * r);
     }
-    if kept * (1.0 + matters * matters) >= squares {
+    if kept >= squares {
         return None;
     }
     let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();

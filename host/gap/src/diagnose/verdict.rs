@@ -8,7 +8,7 @@ use super::closed::closed_over;
 use super::held_out::spreads;
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
-use super::search::{Hypothesis, NOISE_ONLY, Search};
+use super::search::{Hypothesis, NOISE_ONLY, Search, of_noise};
 use crate::inverse::{Own, Owner};
 use serde::Serialize;
 
@@ -73,7 +73,9 @@ const ACCUSES: f64 = 12.0;
 /// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
 /// error leaves to it.
 const MATTERS: f64 = 0.3;
-/// The same for a change of the simulator's own parameters.
+/// Share of the gap that it must explain: an effect that is not there explains as much, by the model's own error.
+const SHARE: f64 = 0.3;
+/// The same as the times for a change of the simulator's own parameters.
 const MOVE_MATTERS: f64 = 0.5;
 /// A second effect must explain this much more of the gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
@@ -83,14 +85,15 @@ const ALONE: f64 = 0.08;
 const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
-/// Times of what is open that are left, and share of the gap explained, beyond which the effect is not in the catalogue.
-const UNKNOWN: (f64, f64) = (1.5, 0.2);
+/// Times of what is open that are left where too little is explained: then the effect is not in the catalogue.
+const UNKNOWN: f64 = 1.5;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
-const UNKNOWN_IS: (f64, f64) = (-1.0, 3.0);
-const EFFECT_IS: (f64, f64) = (-1.5, 4.0);
+const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
+const EFFECT_IS: (f64, f64) = (0.4, 2.4);
 /// The same of the answers that have no such measure.
-const NONE_IS: f64 = 0.75;
+const EFFECTS_ARE: f64 = 0.5;
+const NONE_IS: f64 = 0.9;
 const PARAMETERS_ARE: f64 = 0.5;
 const NOISE_IS: f64 = 0.85;
 /// Of what a verdict leaves open this part is for an effect that no list has.
@@ -125,7 +128,6 @@ pub fn verdict(search: &Search) -> Verdict {
         && !moved.is_empty()
         && contribution(given_times, base_times) > MOVE_MATTERS;
 
-    let of_noise = |h: &Hypothesis| h.ids().iter().all(|id| NOISE_ONLY.contains(id));
     // What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
     let spares = |h: &Hypothesis| {
         h.log_belief - base.log_belief > ACCUSES
@@ -133,9 +135,10 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let accused = gain > ACCUSES
         && chosen.is_some_and(|h| {
-            of_noise(h) || spares(h) || contribution(base_times, left_times) > MATTERS
+            let explains = contribution(base_times, left_times) > MATTERS && explained > SHARE;
+            of_noise(h) || spares(h) || explains
         });
-    let left_unknown = left_times > UNKNOWN.0 && explained < UNKNOWN.1;
+    let left_unknown = left_times > UNKNOWN && explained <= SHARE;
 
     let (kind, named) = if left_unknown {
         (Kind::Unknown, Vec::new())
@@ -175,6 +178,7 @@ pub fn verdict(search: &Search) -> Verdict {
         Kind::Unknown => logistic(UNKNOWN_IS.0 + UNKNOWN_IS.1 * left_times.ln()),
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
+        Kind::Effects => EFFECTS_ARE,
         _ if chosen.is_some_and(of_noise) => NOISE_IS,
         _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
     };
@@ -270,10 +274,11 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     let share = |h: &Hypothesis| explained(before, times(h));
     // Each must explain something by itself: what only helps another one stands for that one's error.
     let alone = |id: &str| {
-        search
-            .single
-            .iter()
-            .any(|h| h.added[0].id == id && share(h) > ALONE)
+        NOISE_ONLY.contains(&id)
+            || search
+                .single
+                .iter()
+                .any(|h| h.added[0].id == id && share(h) > ALONE)
     };
     let worth = pair.score - single.score > ACCUSES
         && contribution(times(single), times(pair)) > MATTERS

@@ -17,6 +17,8 @@ const IN_STEP: f64 = 0.35;
 const BY_CHANCE: f64 = 6.0;
 /// A bin counts at most so many times the mean of those that are not empty: where an axis rests says nothing of a grid.
 const RESTS: f64 = 3.0;
+/// Lines of the spectrum that are looked at.
+const MOST_LINES: usize = 20;
 /// Steps of more counts than this are motion.
 const STIRS: f64 = 3.0;
 /// Parts of the speeds in each of which positions lie on a grid, and the share in step that says so: what is in step by
@@ -35,13 +37,17 @@ pub struct Shown {
     pub grid_rad: f64,
     /// Noise of time stamps, s rms.
     pub jitter_s: f64,
+    /// Nats by which noise that grows with speed so is more probable than the same noise at every speed.
+    pub jitter_nats: f64,
 }
 
 /// Looks at positions sampled every `step_s` by an encoder of this count.
 pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
+    let (jitter_s, jitter_nats) = jitter(position_rad, step_s);
     Shown {
         grid_rad: grid_rad(position_rad, rad_per_count),
-        jitter_s: jitter_s(position_rad, step_s),
+        jitter_s,
+        jitter_nats,
     }
 }
 
@@ -81,27 +87,26 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     let fastest = (length as f64 / (1.5 * BINS_PER_COUNT)) as usize;
     let share = |k: usize| spectrum[k].norm() / sum;
     let in_step = IN_STEP.max(BY_CHANCE / (filled as f64).sqrt());
-    let Some(first) = (slowest..fastest).find(|&k| share(k) > in_step) else {
-        return 0.0;
-    };
-    // The top of that line, and between the frequencies of the transform by the parabola through it.
-    let mut top = first;
-    while top + 1 < fastest && share(top + 1) > share(top) {
-        top += 1;
+    let mut from = slowest;
+    for _ in 0..MOST_LINES {
+        let Some(mut top) = (from..fastest).find(|&k| share(k) > in_step) else {
+            return 0.0;
+        };
+        while top + 1 < fastest && share(top + 1) > share(top) {
+            top += 1;
+        }
+        // Where between the lines of the transform the positions themselves are most in step.
+        let grid = |off: i32| bin_rad * length as f64 / (top as f64 + 0.05 * f64::from(off));
+        let grid = (-20..=20)
+            .map(|off| (in_step_with(grid(off), position_rad.iter()), grid(off)))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(0.0, |(_, grid)| grid);
+        if at_every_speed(position_rad, grid, rad_per_count) {
+            return grid;
+        }
+        from = top + 2;
     }
-    let (a, b, c) = (share(top - 1), share(top), share(top + 1));
-    let bend = a - 2.0 * b + c;
-    let off = if bend < 0.0 {
-        0.5 * (a - c) / bend
-    } else {
-        0.0
-    };
-    let grid = bin_rad * length as f64 / (top as f64 + off);
-    if at_every_speed(position_rad, grid, rad_per_count) {
-        grid
-    } else {
-        0.0
-    }
+    0.0
 }
 
 /// Whether positions passed at any speed lie on a grid: those of one speed, sampled evenly, make a grid of their own.
@@ -114,18 +119,24 @@ fn at_every_speed(position_rad: &[f64], grid_rad: f64, rad_per_count: f64) -> bo
     moving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
     moving.len() >= part
-        && moving.chunks(part).all(|part| {
-            let (sine, cosine) = part.iter().fold((0.0, 0.0), |(sine, cosine), (_, q)| {
-                let angle = TAU * q / grid_rad;
-                (sine + angle.sin(), cosine + angle.cos())
-            });
-            f64::hypot(sine, cosine) / part.len() as f64 > AT_ITS_SPEED
-        })
+        && moving
+            .chunks(part)
+            .all(|part| in_step_with(grid_rad, part.iter().map(|(_, q)| q)) > AT_ITS_SPEED)
+}
+
+/// How far positions are in step with a grid: one where all lie on it, the inverse root of their number by chance.
+fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
+    let count = position_rad.len() as f64;
+    let (sine, cosine) = position_rad.fold((0.0, 0.0), |(sine, cosine), q| {
+        let angle = TAU * q / grid_rad;
+        (sine + angle.sin(), cosine + angle.cos())
+    });
+    f64::hypot(sine, cosine) / count
 }
 
 /// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
-/// jerks out; noise that is there at every speed does not count.
-fn jitter_s(position_rad: &[f64], step_s: f64) -> f64 {
+/// jerks out; noise that is there at every speed does not count. Gives the jitter, s, and what speaks for it, nats.
+fn jitter(position_rad: &[f64], step_s: f64) -> (f64, f64) {
     let mut samples: Vec<(f64, f64)> = position_rad
         .windows(4)
         .map(|q| {
@@ -134,8 +145,9 @@ fn jitter_s(position_rad: &[f64], step_s: f64) -> f64 {
         })
         .collect();
     if samples.len() < PARTS * FEWEST {
-        return 0.0;
+        return (0.0, 0.0);
     }
+    let each = samples.len() as f64 / PARTS as f64;
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let points: Vec<(f64, f64)> = samples
         .chunks(samples.len().div_ceil(PARTS))
@@ -158,7 +170,18 @@ fn jitter_s(position_rad: &[f64], step_s: f64) -> f64 {
     }
     // A straight line over the square of speed, or it is something else.
     let straight = xx > 0.0 && yy > 0.0 && xy > 0.0 && xy * xy > 0.8 * xx * yy;
-    if straight { (xy / xx).sqrt() } else { 0.0 }
+    if !straight {
+        return (0.0, 0.0);
+    }
+    let slope = xy / xx;
+    let least = points.iter().fold(f64::INFINITY, |least, p| least.min(p.1));
+    let misfit = |seen: f64, said: f64| said.ln() + seen / said;
+    // Third differences share three of four positions with the next.
+    let nats = points.iter().map(|&(speed, seen)| {
+        let said = (y + slope * (speed - x)).max(0.5 * least);
+        0.5 * each / 3.0 * (misfit(seen, y) - misfit(seen, said))
+    });
+    (slope.sqrt(), nats.filter(|nats| nats.is_finite()).sum())
 }
 
 #[cfg(test)]
