@@ -2,6 +2,7 @@
 //! runs all of them, and the rest is for the firmware.
 
 mod check_elf;
+mod distribution;
 mod elf;
 mod firmware;
 mod lint;

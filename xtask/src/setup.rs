@@ -1,7 +1,7 @@
 //! What the tests need beyond the Rust toolchain. Nothing here is fatal: a test that lacks its tool says so and is
 //! skipped.
 
-use crate::{sh, there};
+use crate::{distribution, sh, there};
 use std::process::Command;
 
 /// Target of the microcontroller.
@@ -9,8 +9,14 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Installs what is missing, where that can be done.
 pub fn run() {
-    if !target_installed() && !sh("rustup", &["target", "add", TARGET]) {
-        eprintln!("MISSING: the target {TARGET}; with rustup: rustup target add {TARGET}");
+    let distribution = || {
+        distribution::cargo().is_some() || {
+            let _ = distribution::PACKAGES.map(install);
+            distribution::cargo().is_some()
+        }
+    };
+    if !rustup_way() && !distribution() {
+        missing_target();
     }
     if !there("chromium") && !install("chromium") {
         eprintln!("MISSING: a browser for the test of reports; install the package chromium");
@@ -29,6 +35,21 @@ pub fn run() {
             eprintln!("MISSING: cmake, libclang and pkg-config for the image test");
         }
     }
+}
+
+/// Whether the target's core library is there or could be added.
+pub fn rustup_way() -> bool {
+    target_installed() || sh("rustup", &["target", "add", TARGET])
+}
+
+/// Says how to get a core library for the microcontroller.
+pub fn missing_target() {
+    eprintln!("MISSING: a core library for {TARGET}. One of:");
+    eprintln!("  rustup target add {TARGET}");
+    eprintln!(
+        "  the distribution's compiler, sources and linker: {}",
+        distribution::PACKAGES.join(", ")
+    );
 }
 
 /// Whether what the engine of the image test is built with is there.

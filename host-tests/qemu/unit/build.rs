@@ -76,16 +76,19 @@ fn source(text: &str, module: &str, tests: &mut Vec<String>) -> String {
     } else {
         String::new()
     };
-    let mut in_proptest = false;
+    // What ends a block of property tests, within one.
+    let mut ends: Option<String> = None;
     let mut is_test = false;
     for line in text.lines() {
         let bare = line.trim();
-        if bare == "proptest! {" {
-            in_proptest = true;
+        if let Some(indent) = line.strip_suffix("proptest! {") {
+            ends = Some(format!("{indent}}}"));
         }
-        if in_proptest {
-            // The formatter puts the end of the block below its beginning, four columns in.
-            in_proptest = line != "    }";
+        if let Some(end) = &ends {
+            // The formatter puts the end of the block below its beginning.
+            if line == end {
+                ends = None;
+            }
             continue;
         }
         if bare == "#[cfg(test)]" || bare.starts_with("use proptest::") {

@@ -164,6 +164,7 @@ impl Believed {
             ),
             damping_nm_s_rad: file.axis.coupling_damping.unwrap_or(0.0),
             gap_rad: 0.0,
+            friction_on_motor: false,
         });
         let whole_inertia = inertia + load.map_or(0.0, |load| load.inertia_kg_m2);
         let damping_nm_s_rad = or(

@@ -122,14 +122,19 @@ pub fn rub(
         },
         dt_s: now.step_s,
     });
-    for effect in effects {
-        friction = effect.friction(now, friction);
-    }
+    friction = changed(effects, now, friction);
     if held && applied_nm.abs() <= friction.abs() {
         applied_nm
     } else {
         friction
     }
+}
+
+/// What effects make of the friction of a contact, N m.
+pub fn changed(effects: &mut [Box<dyn Effect>], now: &Instant, friction_nm: f64) -> f64 {
+    effects.iter_mut().fold(friction_nm, |friction_nm, effect| {
+        effect.friction(now, friction_nm)
+    })
 }
 
 impl Axis {
@@ -272,6 +277,7 @@ impl Axis {
                 .config
                 .mechanics
                 .torque_at_friction_nm(&self.motion, torque);
+            now.motion = self.config.mechanics.at_friction(&self.motion);
             let friction = rub(self.contact.as_mut(), &mut self.effects, &now, applied);
             let before = self.motion.velocity_rad_s;
             self.config.mechanics.kick(

@@ -10,7 +10,7 @@ use crate::effect::Coupling;
 pub struct Mechanics {
     /// Inertia of the motor, or of the whole axis where it is rigid, kg m^2.
     pub inertia_kg_m2: f64,
-    /// A load on a flexible coupling; friction then acts on the load.
+    /// A load on a flexible coupling.
     pub load: Option<Load>,
 }
 
@@ -25,6 +25,8 @@ pub struct Load {
     pub damping_nm_s_rad: f64,
     /// Whole width of the coupling's play, rad; inside it there is neither spring nor damper.
     pub gap_rad: f64,
+    /// Friction acts on the motor, and not on the load.
+    pub friction_on_motor: bool,
 }
 
 /// Where the mechanics are.
@@ -48,8 +50,22 @@ impl Mechanics {
 
     /// Inertia of the body that friction acts on.
     pub fn rubbing_kg_m2(&self) -> f64 {
-        self.load
-            .map_or(self.inertia_kg_m2, |load| load.inertia_kg_m2)
+        match self.load {
+            Some(load) if !load.friction_on_motor => load.inertia_kg_m2,
+            _ => self.inertia_kg_m2,
+        }
+    }
+
+    /// Motion as friction sees it: on the motor the load is where the motor is.
+    pub fn at_friction(&self, motion: &Motion) -> Motion {
+        match self.load {
+            Some(load) if load.friction_on_motor => Motion {
+                load_position_rad: motion.position_rad,
+                load_velocity_rad_s: motion.velocity_rad_s,
+                ..*motion
+            },
+            _ => *motion,
+        }
     }
 
     /// The same with one more coupling. Where there is one already both sit in series in its place, and what each loses
@@ -66,6 +82,7 @@ impl Mechanics {
                     stiffness_nm_rad: k,
                     damping_nm_s_rad: d,
                     gap_rad: coupling.gap_rad,
+                    friction_on_motor: coupling.friction_on_motor,
                 }),
             };
         };
@@ -100,12 +117,19 @@ impl Mechanics {
 
     /// Torque on the body that friction acts on, besides friction, given the torque on the motor.
     pub fn torque_at_friction_nm(&self, motion: &Motion, torque_nm: f64) -> f64 {
-        self.load.map_or(torque_nm, |load| load.coupling_nm(motion))
+        self.load.map_or(torque_nm, |load| {
+            let coupling_nm = load.coupling_nm(motion);
+            if load.friction_on_motor {
+                torque_nm - coupling_nm
+            } else {
+                coupling_nm
+            }
+        })
     }
 
     /// Changes the velocities by a step of torque on the motor and of friction. Where friction holds at rest, a body
     /// whose velocity changes sign comes to rest first. The whole inertia is `inertia_share` of what it was built with;
-    /// what is more or less sits with friction.
+    /// what is more or less sits on the load.
     #[inline]
     pub fn kick(
         &self,
@@ -133,13 +157,21 @@ impl Mechanics {
             }
             Some(load) => {
                 let coupling = load.coupling_nm(motion);
-                let v = motion.load_velocity_rad_s;
-                motion.velocity_rad_s += step_s / self.inertia_kg_m2 * (torque_nm - coupling);
+                let (v, load_v) = (motion.velocity_rad_s, motion.load_velocity_rad_s);
                 let added = (inertia_share - 1.0) * self.whole_inertia_kg_m2();
                 // A payload taken off leaves at least a hundredth of the load.
                 let inertia = (load.inertia_kg_m2 + added).max(0.01 * load.inertia_kg_m2);
-                let after = v + step_s / inertia * (coupling - friction_nm);
-                motion.load_velocity_rad_s = stop(v, after);
+                let per_motor = step_s / self.inertia_kg_m2;
+                let per_load = step_s / inertia;
+                if load.friction_on_motor {
+                    let after = v + per_motor * (torque_nm - coupling - friction_nm);
+                    motion.velocity_rad_s = stop(v, after);
+                    motion.load_velocity_rad_s += per_load * coupling;
+                } else {
+                    motion.velocity_rad_s += per_motor * (torque_nm - coupling);
+                    let after = load_v + per_load * (coupling - friction_nm);
+                    motion.load_velocity_rad_s = stop(load_v, after);
+                }
             }
         }
     }
@@ -179,6 +211,7 @@ mod tests {
             stiffness_nm_rad: 8.0,
             damping_nm_s_rad: 0.4,
             gap_rad: 0.01,
+            friction_on_motor: false,
         };
         let one = rigid.coupled(&coupling);
         assert_eq!((one.inertia_kg_m2, one.rubbing_kg_m2()), (0.75, 0.25));
@@ -194,6 +227,7 @@ mod tests {
             stiffness_nm_rad: 10.0,
             damping_nm_s_rad: 1.0,
             gap_rad: 0.2,
+            friction_on_motor: false,
         };
         let torque = |twist, rate| {
             load.coupling_nm(&Motion {

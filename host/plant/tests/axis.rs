@@ -99,6 +99,7 @@ fn two_inertias_ring_at_their_own_frequency() {
             stiffness_nm_rad: k,
             damping_nm_s_rad: 0.0,
             gap_rad: 0.0,
+            friction_on_motor: false,
         }),
     };
     let curve = Stribeck::constant(1e-12).unwrap();
@@ -134,6 +135,7 @@ fn friction_of_the_load_holds_a_rigid_limit() {
             stiffness_nm_rad: 1e4,
             damping_nm_s_rad: 0.2,
             gap_rad: 0.0,
+            friction_on_motor: false,
         }),
     };
     let (two, one) = (sine(split), sine(config(400)));

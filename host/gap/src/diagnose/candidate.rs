@@ -6,7 +6,7 @@
 use super::regime::Node;
 use super::spectrum;
 use crate::error::InputError;
-use crate::inverse::{Added, Fit, Free, Model, Own, Owner, Record, fit_near};
+use crate::inverse::{Added, Fit, Free, Model, Own, Owner, Record, Rubbing, fit_near};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
@@ -72,6 +72,8 @@ pub struct Background<'a> {
     /// The fit.
     pub fit: &'a Fit,
     basis: DMatrix<f64>,
+    /// Friction of the model's contact along the motion, N m.
+    friction_nm: Vec<f64>,
 }
 
 impl<'a> Background<'a> {
@@ -90,6 +92,10 @@ impl<'a> Background<'a> {
         for (i, free) in model.free.iter().enumerate() {
             stacked[(rows + i, i)] = 1.0 / free.spread;
         }
+        let mut friction_nm = Model::places(records);
+        let mut rubbing = Rubbing::Kept(&mut friction_nm);
+        // It could be followed when it was fitted.
+        let _ = model.left_over_rubbing(records, &fit.at, &mut rubbing);
         Self {
             model,
             records,
@@ -98,6 +104,7 @@ impl<'a> Background<'a> {
             weights,
             fit,
             basis: stacked.qr().q().rows(0, rows).into_owned(),
+            friction_nm,
         }
     }
 
@@ -131,7 +138,10 @@ impl<'a> Background<'a> {
             entry,
             values: values.to_vec(),
         });
-        let rest = model.left_over(self.records, &self.fit.at).ok()?;
+        let mut rubbing = Rubbing::Known(&self.friction_nm);
+        let rest = model
+            .left_over_rubbing(self.records, &self.fit.at, &mut rubbing)
+            .ok()?;
         let change: Vec<f64> = rest
             .iter()
             .zip(&self.fit.left_over)
@@ -239,10 +249,14 @@ impl<'a> Background<'a> {
         if grid.is_empty() {
             grid.push(none);
         }
-        let shapes: Vec<usize> = of(Kind::Limit).chain(of(Kind::Shape)).collect();
+        let shapes: Vec<usize> = of(Kind::Form)
+            .chain(of(Kind::Limit))
+            .chain(of(Kind::Shape))
+            .collect();
         for shape in shapes {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
+                Kind::Form => vec![low, high],
                 Kind::Limit => levels([low, high], LIMITS).collect(),
                 _ => self
                     .moments(parameters[shape].name)
@@ -526,7 +540,7 @@ impl<'a> Background<'a> {
                     free.center = 0.5 * (low + high);
                     model.free.push(free);
                 }
-                Kind::Shape | Kind::Limit | Kind::Seed => {}
+                Kind::Shape | Kind::Limit | Kind::Form | Kind::Seed => {}
             }
         }
         model

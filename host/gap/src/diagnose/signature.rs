@@ -17,6 +17,9 @@ const MATTERS: f64 = 0.6;
 /// Jitter counts where it moves the position by this part of a count at the speeds on record.
 const JITTER_COUNTS: f64 = 0.3;
 
+/// Every record that can show jitter shows this part of it at least.
+const ALIKE: f64 = 0.5;
+
 /// The hypotheses that the positions themselves suggest.
 pub fn hypotheses(
     base: &Hypothesis,
@@ -50,11 +53,11 @@ pub fn hypotheses(
         }
     }
     if let Some(entry) = entry("sensor.jitter") {
-        let jitter = records
-            .iter()
-            .map(|r| r.sensor.jitter_s)
-            .fold(f64::INFINITY, f64::min);
-        let moves = records.iter().all(|record| {
+        let mut shown: Vec<f64> = records.iter().map(|r| r.sensor.jitter_s).collect();
+        shown.retain(|jitter_s| *jitter_s > 0.0);
+        shown.sort_unstable_by(f64::total_cmp);
+        let jitter = shown.get(shown.len() / 2).copied().unwrap_or_default();
+        let mut can_show = records.iter().filter(|record| {
             let top = record
                 .stretches
                 .iter()
@@ -62,7 +65,8 @@ pub fn hypotheses(
                 .fold(0.0, |top: f64, v| top.max(v.abs()));
             jitter * top > JITTER_COUNTS * record.rad_per_count
         });
-        if jitter.is_finite() && jitter > 0.0 && moves {
+        let alike = |record: &Record| record.sensor.jitter_s > ALIKE * jitter;
+        if can_show.clone().next().is_some() && can_show.all(alike) {
             let extra = |_: &Record, v: f64| (jitter * v).powi(2);
             found.extend(explains(
                 base,

@@ -150,15 +150,18 @@ pub fn verdict(search: &Search) -> Verdict {
         let place = ranked.iter().position(|h| h.ids() == best.ids());
         (Kind::Effects, place.into_iter().collect())
     } else {
-        let limit = best.score - TIES.0.max(TIES.1 * gain);
+        let mut limit = best.score - TIES.0.max(TIES.1 * gain);
+        // What data cannot tell from the best one is named, and what does as well as that.
+        for h in ranked.iter().filter(|h| h.added.len() == 1) {
+            let half = h.score - base.score > 0.5 * gain;
+            if half && inseparable(best.added[0].id, h.added[0].id) {
+                limit = limit.min(h.score);
+            }
+        }
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
-            .filter(|(_, h)| {
-                let of_structure = inseparable(best.added[0].id, h.added[0].id)
-                    && h.score - base.score > 0.5 * gain;
-                h.added.len() == 1 && (h.score >= limit || of_structure)
-            })
+            .filter(|(_, h)| h.added.len() == 1 && h.score >= limit)
             .map(|(i, _)| i)
             .collect();
         let kind = if tied.len() > 1 {

@@ -114,7 +114,7 @@ struct Problem<'a> {
     weights: &'a [f64],
     at: DVector<f64>,
     left_over: Vec<f64>,
-    /// Friction along the motion there, N m; empty where it was not kept.
+    /// Friction of the contact along the motion there, N m; empty where it was not kept.
     friction_nm: Vec<f64>,
     known: &'a DMatrix<f64>,
 }
@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
             weights,
             at: DVector::from_vec(at),
             left_over: Vec::new(),
-            friction_nm: Vec::new(),
+            friction_nm: Model::places(records),
             known,
         };
         problem.evaluate()?;
@@ -141,7 +141,6 @@ impl<'a> Problem<'a> {
     }
 
     fn evaluate(&mut self) -> Result<(), InputError> {
-        self.friction_nm.clear();
         let mut rubbing = Rubbing::Kept(&mut self.friction_nm);
         self.left_over =
             self.model
@@ -211,6 +210,20 @@ impl<'a> Problem<'a> {
         DMatrix::from_columns(&columns)
     }
 
+    /// Which end of its range a parameter is at: -1, 1, or 0 for neither.
+    fn end(&self, i: usize) -> f64 {
+        let free = &self.model.free[i];
+        let [low, high] = free.range.map(|value| free.coordinate(value));
+        let near = 1e-9 * free.spread;
+        if self.at[i] <= low + near {
+            -1.0
+        } else if self.at[i] >= high - near {
+            1.0
+        } else {
+            0.0
+        }
+    }
+
     /// Forward difference by a small part of the prior's width, away from the end of the range.
     fn column(&self, i: usize) -> Vec<f64> {
         let free = &self.model.free[i];
@@ -225,7 +238,7 @@ impl<'a> Problem<'a> {
             return vec![0.0; self.left_over.len()];
         }
         let kept = !self.friction_nm.is_empty();
-        let mut rubbing = if kept && self.model.leaves_friction(i) {
+        let mut rubbing = if kept && self.model.leaves_contact(i) {
             Rubbing::Known(&self.friction_nm)
         } else {
             Rubbing::Anew
@@ -274,6 +287,15 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         let mut stacked = self.whole().insert_rows(nodes, free.len(), 0.0);
         for (i, free) in free.iter().enumerate() {
             stacked[(nodes + i, i)] = 1.0 / free.spread;
+        }
+        // What presses against an end of its range is held there: a step that counts on its moving is never as good as it
+        // promises, and the fit would stand still.
+        let rest = self.stacked();
+        for i in 0..free.len() {
+            let descent = -stacked.column(i).dot(&rest);
+            if descent * self.end(i) > 0.0 {
+                stacked.column_mut(i).fill(0.0);
+            }
         }
         Some(stacked)
     }

@@ -5,7 +5,7 @@
 
 use super::record::{Record, Stretch};
 use bristle_core::friction::Motion as ContactMotion;
-use bristle_plant::axis::rub;
+use bristle_plant::axis::{changed, rub};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
 use bristle_plant::effect::{Coupling, Effect, Instant, Plain};
@@ -41,13 +41,14 @@ pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
 
-/// Where friction along a motion comes from.
+/// Where the friction that the model itself has along a motion comes from, before effects change it. Where effects have
+/// changed the contact or its motion, and where torque decides since it holds at rest, it is always made anew.
 pub enum Rubbing<'a> {
     /// From the contact.
     Anew,
-    /// From the contact, and each sample's is appended here, N m.
-    Kept(&'a mut Vec<f64>),
-    /// As it was kept: for an axis that differs in nothing that friction depends on.
+    /// From the contact, and that of each sample is put here, N m.
+    Kept(&'a mut [f64]),
+    /// As it was kept: for an axis with the same contact.
     Known(&'a [f64]),
 }
 
@@ -78,13 +79,18 @@ pub fn left_over(
         inertia_kg_m2: inertia,
         levels: Levels::of(contact.as_ref()),
     };
+    let of_model: *const dyn Contact = contact.as_ref();
     for effect in &mut running.effects {
         effect.begin(&plain);
         contact = effect.contact(contact);
         coupling = effect.coupling(inertia).or(coupling);
     }
-    let mut load =
-        coupling.map(|coupling| Load::new(coupling, inertia, stretch.effort_nm[0], step_s));
+    let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
+    let as_measured = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()))
+        && on_motor
+        && corrected.is_none();
+    let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
+    let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
     if let Some(stiffness) = running.stiffness_nm_rad {
@@ -137,22 +143,36 @@ pub fn left_over(
                 torque -= (share - 1.0) * inertia * acceleration;
             }
         }
-        let opposed = match (&mut load, &rubbing) {
-            (_, Rubbing::Known(known_nm)) => known_nm[k],
-            (None, _) => rub(
+        if let Some(load) = load.as_mut().filter(|_| on_motor) {
+            torque -= load.advance(&now, |_, _| 0.0);
+            now.motion.load_position_rad = position_rad;
+            now.motion.load_velocity_rad_s = v;
+        }
+        let opposed = if as_measured && !(holds && v == 0.0) {
+            let own_nm = match &rubbing {
+                Rubbing::Known(known_nm) => known_nm[k],
+                _ => contact.step(ContactMotion {
+                    velocity_rad_s: v,
+                    applied_nm: torque - inertia * acceleration,
+                    dt_s: step_s,
+                }),
+            };
+            if let Rubbing::Kept(kept_nm) = &mut rubbing {
+                kept_nm[k] = own_nm;
+            }
+            changed(&mut running.effects, &now, own_nm)
+        } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
+            load.advance(&now, |now, applied_nm| {
+                rub(contact.as_mut(), &mut running.effects, now, applied_nm)
+            })
+        } else {
+            rub(
                 contact.as_mut(),
                 &mut running.effects,
                 &now,
                 torque - inertia * acceleration,
-            ),
-            // What the load takes beyond its inertia at the motor's acceleration, which the balance counts as measured.
-            (Some(load), _) => load.advance(&now, |now, applied_nm| {
-                rub(contact.as_mut(), &mut running.effects, now, applied_nm)
-            }),
+            )
         };
-        if let Rubbing::Kept(kept_nm) = &mut rubbing {
-            kept_nm.push(opposed);
-        }
         balance.push(torque - opposed);
     }
     let per = inertia / (step_s * step_s);
@@ -270,7 +290,7 @@ impl Load {
     }
 
     /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
-    /// load as the motor accelerates.
+    /// load as the motor accelerates: the balance counts that as measured.
     fn advance(&mut self, now: &Instant, mut friction: impl FnMut(&Instant, f64) -> f64) -> f64 {
         let motor_rad_s2 = now.acceleration_rad_s2;
         let mut now = *now;

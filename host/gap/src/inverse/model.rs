@@ -230,6 +230,13 @@ impl Model {
         point
     }
 
+    /// As many places as the friction along all records takes.
+    pub fn places(records: &[Record]) -> Vec<f64> {
+        let stretches = records.iter().flat_map(|record| &record.stretches);
+        let intervals = stretches.map(|stretch| stretch.effort_nm.len() - 1);
+        vec![0.0; intervals.sum()]
+    }
+
     /// What is left over of each record at a point, N m, node after node.
     ///
     /// # Errors
@@ -238,8 +245,8 @@ impl Model {
         self.left_over_rubbing(records, at, &mut Rubbing::Anew)
     }
 
-    /// The same, with the friction along the motion kept, or known from a point that differs in parameters which
-    /// [it does not depend on](Self::leaves_friction) alone.
+    /// The same, with the friction of the contact along the motion kept, or known from a point, perhaps of another model,
+    /// with [the same contact](Self::leaves_contact).
     ///
     /// # Errors
     /// The friction model refuses the parameters.
@@ -259,7 +266,9 @@ impl Model {
                 let intervals = stretch.effort_nm.len() - 1;
                 let here = match rubbing {
                     Rubbing::Anew => Rubbing::Anew,
-                    Rubbing::Kept(kept_nm) => Rubbing::Kept(kept_nm),
+                    Rubbing::Kept(kept_nm) => {
+                        Rubbing::Kept(&mut kept_nm[passed..passed + intervals])
+                    }
                     Rubbing::Known(known_nm) => {
                         Rubbing::Known(&known_nm[passed..passed + intervals])
                     }
@@ -284,18 +293,10 @@ impl Model {
         Ok(out)
     }
 
-    /// Whether friction along a measured motion is the same whatever this parameter is. Only where bristles alone, driven
-    /// by the motion, make it: torque decides where friction is set-valued, behind a spring, and for some effects.
-    pub fn leaves_friction(&self, parameter: usize) -> bool {
-        let plain = has_bristles(self.believed.model)
-            && self.believed.load.is_none()
-            && !self.scales_effort
-            && self.effects.iter().all(|added| added.entry.id == OFFSET);
-        let apart = matches!(
-            self.free[parameter].owner,
-            Owner::Own(Own::Inertia | Own::DriveLag | Own::Skew) | Owner::Effect(..)
-        );
-        plain && apart
+    /// Whether the contact's friction along a measured motion is the same whatever this parameter is.
+    pub fn leaves_contact(&self, parameter: usize) -> bool {
+        !matches!(self.free[parameter].owner, Owner::Own(own)
+            if ![Own::Inertia, Own::DriveLag, Own::Skew].contains(&own))
     }
 
     /// Whether the effects change how much of the effort arrives at a point.
@@ -376,6 +377,7 @@ impl Point {
                 stiffness_nm_rad: load.stiffness_nm_rad,
                 damping_nm_s_rad: load.damping_nm_s_rad,
                 gap_rad: 0.0,
+                friction_on_motor: false,
             }),
             contact: believed.contact(believed.model)?,
             stiffness_nm_rad: has_bristles(believed.model).then_some(believed.stiffness_nm_rad),

@@ -1,6 +1,7 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
 use realfft::RealFftPlanner;
+use std::f64::consts::TAU;
 
 /// The grid is looked for on positions counted in halves of a count.
 const BINS_PER_COUNT: f64 = 2.0;
@@ -16,6 +17,12 @@ const IN_STEP: f64 = 0.35;
 const BY_CHANCE: f64 = 6.0;
 /// A bin counts at most so many times the mean of those that are not empty: where an axis rests says nothing of a grid.
 const RESTS: f64 = 3.0;
+/// Steps of more counts than this are motion.
+const STIRS: f64 = 3.0;
+/// Parts of the speeds in each of which positions lie on a grid, and the share in step that says so: what is in step by
+/// chance is a seventh of 50.
+const SPEEDS: usize = 4;
+const AT_ITS_SPEED: f64 = 0.25;
 /// Fewest samples in each part of the speeds.
 const FEWEST: usize = 50;
 /// Parts of the speeds that noise is measured in.
@@ -89,7 +96,31 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     } else {
         0.0
     };
-    bin_rad * length as f64 / (top as f64 + off)
+    let grid = bin_rad * length as f64 / (top as f64 + off);
+    if at_every_speed(position_rad, grid, rad_per_count) {
+        grid
+    } else {
+        0.0
+    }
+}
+
+/// Whether positions passed at any speed lie on a grid: those of one speed, sampled evenly, make a grid of their own.
+fn at_every_speed(position_rad: &[f64], grid_rad: f64, rad_per_count: f64) -> bool {
+    let mut moving: Vec<(f64, f64)> = position_rad
+        .windows(2)
+        .map(|q| ((q[1] - q[0]).abs(), q[1]))
+        .filter(|(step, _)| *step > STIRS * rad_per_count)
+        .collect();
+    moving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
+    moving.len() >= part
+        && moving.chunks(part).all(|part| {
+            let (sine, cosine) = part.iter().fold((0.0, 0.0), |(sine, cosine), (_, q)| {
+                let angle = TAU * q / grid_rad;
+                (sine + angle.sin(), cosine + angle.cos())
+            });
+            f64::hypot(sine, cosine) / part.len() as f64 > AT_ITS_SPEED
+        })
 }
 
 /// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
@@ -159,6 +190,16 @@ mod tests {
         }
         let fine: Vec<f64> = (0..10_000).map(|k| counted(moved(k))).collect();
         assert_eq!(shown(&fine, 1e-3, count).grid_rad, 0.0);
+        // To and fro at 10 rad/s for two thirds of the time: 0.01 rad apart.
+        let mut at = 0.0;
+        let even: Vec<f64> = (0..10_000)
+            .map(|k| {
+                let speed = (15.0 * (TAU * f64::from(k) / 1000.0).sin()).clamp(-10.0, 10.0);
+                at += 1e-3 * speed;
+                counted(at)
+            })
+            .collect();
+        assert_eq!(shown(&even, 1e-3, count).grid_rad, 0.0);
     }
 
     #[test]

@@ -78,6 +78,7 @@ impl Draft {
                 }
                 Kind::Phase => dice.between(-PI, PI),
                 Kind::Frequency => dice.decades(low.max(0.5), high.min(60.0)),
+                Kind::Form => dice.of(&[low, high]),
                 Kind::Seed => dice.below(1 << 20) as f64,
                 Kind::Shape if low > 0.0 => dice.decades(low, high),
                 Kind::Shape => dice.between(low, high),

@@ -100,6 +100,8 @@ pub struct Coupling {
     pub damping_nm_s_rad: f64,
     /// Whole width of the play, rad.
     pub gap_rad: f64,
+    /// Friction is before it, on the motor, and not behind it.
+    pub friction_on_motor: bool,
 }
 
 impl Coupling {
@@ -117,6 +119,7 @@ impl Coupling {
             stiffness_nm_rad,
             damping_nm_s_rad: 2.0 * damping_ratio.max(0.0) * (stiffness_nm_rad * reduced).sqrt(),
             gap_rad: 0.0,
+            friction_on_motor: false,
         }
     }
 

@@ -1,4 +1,5 @@
-//! Play in a gear, screw or coupling: part of the inertia, and friction with it, is only driven once the play is crossed.
+//! Play in a gear, screw or coupling: part of the inertia, and friction with it or not, is only driven once the play is
+//! crossed.
 //!
 //! As `mechanics.compliance`, with no torque while |e| < b/2 and a flank that pushes and never pulls. With the flanks in
 //! contact it resonates at `frequency_hz`, which should lie above what the record shows.
@@ -14,6 +15,7 @@ struct Backlash {
     load_share: f64,
     frequency_hz: f64,
     damping_ratio: f64,
+    friction_on_motor: bool,
 }
 
 impl Effect for Backlash {
@@ -23,6 +25,7 @@ impl Effect for Backlash {
             let stiffness = reduced * (TAU * self.frequency_hz).powi(2);
             Coupling {
                 gap_rad: self.gap_rad,
+                friction_on_motor: self.friction_on_motor,
                 ..Coupling::new(
                     inertia_kg_m2,
                     self.load_share,
@@ -44,6 +47,7 @@ pub(super) const ENTRY: Entry = Entry {
         Parameter::same("load_share", Kind::Shape, |_| [0.1, 0.9]).or(0.5),
         Parameter::same("frequency_hz", Kind::Shape, |_| [50.0, 500.0]).or(300.0),
         Parameter::same("damping_ratio", Kind::Shape, |_| [0.01, 0.5]).or(0.1),
+        Parameter::FRICTION_ON_MOTOR,
     ],
     build: |values, _| {
         Box::new(Backlash {
@@ -51,6 +55,7 @@ pub(super) const ENTRY: Entry = Entry {
             load_share: values[1],
             frequency_hz: values[2].abs().max(1.0),
             damping_ratio: values[3],
+            friction_on_motor: values[4] >= 0.5,
         })
     },
 };
@@ -63,7 +68,7 @@ mod tests {
 
     #[test]
     fn the_motor_is_alone_until_the_play_is_crossed() {
-        let effect = (ENTRY.build)(&[0.02, 0.6, 300.0, 0.1], Unit::Rotary);
+        let effect = (ENTRY.build)(&[0.02, 0.6, 300.0, 0.1, 0.0], Unit::Rotary);
         let mut axis = testing::axis(testing::coulomb(), vec![effect]);
         let mut alone_s = 0.0;
         // A sample before the flank at 0.01, at up to 2.3 rad/s.

@@ -1,6 +1,7 @@
-//! A flexible coupling, belt or shaft: part of the inertia sits behind a spring and a damper, friction with it.
+//! A flexible coupling, belt or shaft: part of the inertia sits behind a spring and a damper, friction with it or not.
 //!
-//! J_m a = tau - k e - d de/dt, J_l a_l = k e + d de/dt - F, e = q - q_l. The resonance is at sqrt(k/(J s (1 - s))), the
+//! J_m a = tau - k e - d de/dt, J_l a_l = k e + d de/dt - F, e = q - q_l; with friction on the motor, F is taken from its
+//! row, at its velocity. The resonance is at sqrt(k/(J s (1 - s))), the
 //! anti-resonance at sqrt(k/(J s)), with s the share of the inertia J behind the spring.
 //!
 //! Source: thesis (Aktas, ITU 2002) eqs. 2.25, 2.26; Ellis, "Control System Design Guide", 4th ed., ch. 16.
@@ -12,18 +13,22 @@ struct Compliance {
     compliance_rad_nm: f64,
     load_share: f64,
     damping_ratio: f64,
+    friction_on_motor: bool,
 }
 
 impl Effect for Compliance {
     fn coupling(&self, inertia_kg_m2: f64) -> Option<Coupling> {
         (self.compliance_rad_nm > 0.0).then(|| {
             let stiffness = 1.0 / self.compliance_rad_nm;
-            Coupling::new(
-                inertia_kg_m2,
-                self.load_share,
-                stiffness,
-                self.damping_ratio,
-            )
+            Coupling {
+                friction_on_motor: self.friction_on_motor,
+                ..Coupling::new(
+                    inertia_kg_m2,
+                    self.load_share,
+                    stiffness,
+                    self.damping_ratio,
+                )
+            }
         })
     }
 }
@@ -49,12 +54,14 @@ pub(super) const ENTRY: Entry = Entry {
         ),
         Parameter::same("load_share", Kind::Shape, |_| [0.1, 0.9]).or(0.5),
         Parameter::same("damping_ratio", Kind::Shape, |_| [0.005, 0.3]).or(0.03),
+        Parameter::FRICTION_ON_MOTOR,
     ],
     build: |values, _| {
         Box::new(Compliance {
             compliance_rad_nm: values[0],
             load_share: values[1],
             damping_ratio: values[2],
+            friction_on_motor: values[3] >= 0.5,
         })
     },
 };
@@ -69,7 +76,7 @@ mod tests {
     fn response(hz: f64) -> f64 {
         // k for 100 Hz with 1e-4 kg m^2 in halves.
         let effect = (ENTRY.build)(
-            &[1.0 / (0.25e-4 * (TAU * 100.0).powi(2)), 0.5, 0.01],
+            &[1.0 / (0.25e-4 * (TAU * 100.0).powi(2)), 0.5, 0.01, 0.0],
             Unit::Rotary,
         );
         let mut axis = testing::axis(testing::free(), vec![effect]);

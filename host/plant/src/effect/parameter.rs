@@ -64,6 +64,8 @@ pub enum Kind {
     Frequency,
     /// Anything else: times, speeds, exponents, places.
     Shape,
+    /// One of two forms, 0 or 1.
+    Form,
     /// Where random numbers start: nothing to search for.
     Seed,
 }
@@ -101,6 +103,10 @@ impl Parameter {
             scale.either([1.0, 1.0], [20.0, 500.0])
         })
         .or(1.0);
+
+    /// Where friction of a coupled axis is: 0 on the load, 1 on the motor.
+    pub(super) const FRICTION_ON_MOTOR: Self =
+        Self::same("friction_on_motor", Kind::Form, |_| [0.0, 1.0]);
 
     /// One with a name for each kind of axis, zero where it is not given.
     pub(super) const fn new(
