@@ -83,11 +83,11 @@ fn on_the_image_every_experiment_makes_a_log_as_on_the_virtual_axis() {
             ["image", "virtual"].map(|on| place.join(format!("{on}/{n:02}-{kind}.csv")));
         assert_eq!(format(&image), format(&alone), "{kind}");
         let [image, alone] = [image, alone].map(|path| Log::read(path).unwrap());
-        // Unless a bound ends it, for which the axis behind the image stands a little elsewhere.
         assert_eq!(image.len(), 15_000, "{kind}");
         assert!(image.gaps().is_empty(), "{kind}");
-        let torques = |log: &Log| log.efforts[0].values[..100].to_vec();
-        if matches!(kind, "sine" | "pulse" | "prbs" | "break-away" | "multisine") {
+        // Those that begin without a jump, which the firmware's own slew limit would cut differently.
+        if matches!(kind, "sine" | "break-away") {
+            let torques = |log: &Log| log.efforts[0].values[..1000].to_vec();
             assert_eq!(torques(&image), torques(&alone), "{kind}");
         }
     }
