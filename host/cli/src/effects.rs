@@ -95,6 +95,7 @@ fn role(kind: Kind) -> &'static str {
         Kind::Phase => "phase",
         Kind::Frequency => "frequency",
         Kind::Shape => "shape",
+        Kind::Form => "form",
         Kind::Seed => "seed",
     }
 }
