@@ -7,6 +7,10 @@
 use crate::supervisor::Fault;
 use crate::trace::Record;
 
+/// Samples that a burst may have: 0.15 s at 10 kHz, a reversal with what leads to it and what follows. Nearly half of the
+/// microcontroller's RAM.
+pub const BURST_SAMPLES: usize = 1536;
+
 /// What is compared with a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

@@ -1,14 +1,13 @@
 //! The burst in RAM: fed by the trace, armed and read by commands. Both are below the tick, and share it by a critical
 //! section, which does not mask the tick.
 
-use bristle_core::burst::Burst;
+use bristle_core::burst::{BURST_SAMPLES, Burst};
 use bristle_core::command::Reply;
 use bristle_core::trace::{self as wire, MOST_SAMPLES, Record, SAMPLE_BYTES};
 use bristle_core::wire::OVERHEAD_BYTES;
 use core::cell::RefCell;
 use critical_section::Mutex;
 
-use crate::timing::BURST_SAMPLES;
 use crate::trace::send;
 
 static BURST: Mutex<RefCell<Burst<BURST_SAMPLES>>> = Mutex::new(RefCell::new(Burst::new()));

@@ -3,6 +3,7 @@
 //! Runs in the executor's thread, below everything else. Building observers from new parameters takes long (their
 //! stability check works in f64), and nothing waits for it.
 
+use bristle_core::burst::BURST_SAMPLES;
 use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply};
 use bristle_core::controller::Order;
 use bristle_core::observer::luenberger::BuildError;
@@ -91,7 +92,7 @@ impl Commands {
                     burst::reply()
                 } else {
                     Reply::BurstRefused {
-                        most: timing::BURST_SAMPLES as u16,
+                        most: BURST_SAMPLES as u16,
                     }
                 };
             }

@@ -59,9 +59,6 @@ pub const PRIORITY_TASKS: u8 = 8;
 /// before the watchdog ends it. A power of two.
 pub const QUEUE_SAMPLES: usize = 512;
 
-/// Samples that a burst may have: 0.15 s, a reversal with what leads to it and what follows. Nearly half of the RAM.
-pub const BURST_SAMPLES: usize = 1536;
-
 /// Orders that the queue into the handler holds; it takes one a tick, the host sends at most some in a millisecond.
 pub const QUEUE_ORDERS: usize = 8;
 

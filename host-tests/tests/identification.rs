@@ -215,6 +215,7 @@ fn record(
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     }
 }
 

@@ -81,11 +81,16 @@ fn compile(options: &[String]) -> Option<PathBuf> {
     if !cargo.status().is_ok_and(|status| status.success()) {
         return None;
     }
-    Some(target.join(TARGET).join("release/bristle-firmware"))
+    Some(image(&target))
+}
+
+/// Where a build leaves the image.
+pub fn image(target: &Path) -> PathBuf {
+    target.join(TARGET).join("release/bristle-firmware")
 }
 
 /// Top of the repository.
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     let mut folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     folder.pop();
     folder

@@ -1,6 +1,8 @@
 //! Every test there is.
 
 use crate::{firmware, setup, sh};
+use std::path::PathBuf;
+use std::process::Command;
 
 /// Runs them all; false if one failed.
 pub fn run() -> bool {
@@ -42,7 +44,38 @@ fn image() -> bool {
     let built = firmware::check(&[]);
     let tests = in_image(&["test", "--", "--nocapture"]);
     let counts = in_image(&["run", "--bin", "budgets", "--", "--check"]);
-    built && tests && counts
+    let commands = in_image(&["build", "--bin", "emulate"]) && commands_on_image();
+    built && tests && counts && commands
+}
+
+/// The commands that take `--on image`, one after the other: each runs the image in real time.
+fn commands_on_image() -> bool {
+    let folder = |otherwise: &str| {
+        let target = std::env::var_os("CARGO_TARGET_DIR");
+        target.map_or_else(|| firmware::root().join(otherwise), PathBuf::from)
+    };
+    let mut cargo = Command::new("cargo");
+    cargo
+        .args([
+            "test",
+            "--package",
+            "bristle",
+            "--test",
+            "image",
+            "--test",
+            "scope",
+        ])
+        .args(["--", "on_the_image", "--nocapture", "--test-threads", "1"])
+        .env(
+            "BRISTLE_EMULATOR",
+            folder("host-tests/image/target").join("release/emulate"),
+        )
+        .env(
+            "BRISTLE_FIRMWARE",
+            firmware::image(&folder("firmware/target")),
+        );
+    eprintln!("+ {cargo:?}");
+    cargo.status().is_ok_and(|status| status.success())
 }
 
 /// Counts the instructions of the control tick and its pieces, and writes them down.

@@ -2,7 +2,7 @@
 
 mod common;
 
-use bristle_core::burst::{Quantity, Setting, Stage, Trigger};
+use bristle_core::burst::{BURST_SAMPLES, Quantity, Setting, Stage, Trigger};
 use bristle_core::command::{Command, Reply};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::supervisor::Fault;
@@ -170,7 +170,12 @@ fn a_burst_beyond_its_memory_is_refused() {
         after: 2000,
     };
     let reply = session.ask(&Command::BurstArm(setting)).unwrap();
-    assert_eq!(reply, Reply::BurstRefused { most: 1536 });
+    assert_eq!(
+        reply,
+        Reply::BurstRefused {
+            most: BURST_SAMPLES as u16
+        }
+    );
     let reply = session.ask(&Command::BurstStage).unwrap();
     assert!(
         matches!(

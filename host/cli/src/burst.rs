@@ -1,5 +1,6 @@
 //! `bristle burst`: the samples about an event, kept in the firmware's memory and read out afterwards.
 
+use crate::about;
 use crate::link::Link;
 use crate::output::{self, Progress};
 use crate::source;
@@ -9,8 +10,7 @@ use bristle_core::command::{Command, Reply};
 use bristle_core::trace::{self, Record};
 use bristle_core::wire::{Decoder, MOST_PAYLOAD_BYTES, OVERHEAD_BYTES};
 use bristle_gap::InputError;
-use bristle_gap::capture::{Layout, Sample};
-use bristle_gap::output::AtomicFile;
+use bristle_gap::capture::{About, Layout, Recorder, Sample};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, channel};
@@ -56,7 +56,7 @@ pub struct Args {
     /// Time to wait for the event; Ctrl-C ends it too.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = output::positive)]
     wait: f64,
-    /// Log to write, packed where the name ends in .gz.
+    /// Log to write: CSV, packed where the name ends in .gz, or MCAP where it ends in .mcap.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
@@ -123,7 +123,8 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         after: samples(args.after).max(1),
     };
     // Before the event is waited for: a log that cannot be written should not cost it.
-    let mut file = AtomicFile::create(&args.out)?;
+    let about = about::about(RATE_HZ, Layout::FIRMWARE.unit);
+    let mut log = Recorder::create(&args.out, Layout::FIRMWARE, &about)?;
     source::catch_interrupts();
     let (send, pieces) = channel();
     let mut link = Link::new(&args.to, args.answers.as_deref(), Some(send))?;
@@ -133,9 +134,11 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     }
     let (samples, event_tick) = wait(&mut link, Duration::from_secs_f64(args.wait))?;
     let records = read(&mut link, &pieces, samples)?;
-    let written = write(&mut file, &records);
-    written.map_err(|error| file.fail(&error))?;
-    file.commit()?;
+    write(&mut log, &records)?;
+    log.commit(&About::from([
+        ("samples".to_owned(), records.len().to_string()),
+        ("event_tick".to_owned(), event_tick.to_string()),
+    ]))?;
     output::print(&format!(
         "{} samples, the event at {} s (tick {event_tick})\nlog: {}\n",
         records.len(),
@@ -220,9 +223,7 @@ fn read(
     Ok(records)
 }
 
-fn write(file: &mut AtomicFile, records: &[Record]) -> std::io::Result<()> {
-    let layout = Layout::FIRMWARE;
-    layout.header(file)?;
+fn write(log: &mut Recorder, records: &[Record]) -> Result<(), InputError> {
     let mut last: Option<Sample> = None;
     for record in records {
         let counts = last.map_or(i64::from(record.counts), |last| {
@@ -235,7 +236,7 @@ fn write(file: &mut AtomicFile, records: &[Record]) -> std::io::Result<()> {
             record: *record,
         };
         if record.torque_ref_nm.is_finite() && record.velocity_rad_s.is_finite() {
-            layout.row(file, &sample, None)?;
+            log.row(&sample, None)?;
         }
         last = Some(sample);
     }

@@ -185,7 +185,8 @@ fn result(summary: &Summary, end: &End) -> About {
         .into_iter()
         .map(|(name, count)| (name.to_owned(), count.to_string()))
         .collect();
-    result.insert("end".to_owned(), ended(end).to_owned());
+    result.insert("lost".to_owned(), summary.lost.to_string());
+    result.insert("ended".to_owned(), ended(end).to_owned());
     result
 }
 

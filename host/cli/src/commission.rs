@@ -1,7 +1,7 @@
 //! `bristle commission`: the set-up wizard, from a first axis file to one that can be trusted.
 
-use crate::on::{On, Place, only};
-use crate::output;
+use crate::on::{self, On, Place, only};
+use crate::output::{self, short};
 use crate::remote::{self, Remote};
 use crate::source;
 use bristle_gap::believed::Noise;
@@ -49,6 +49,9 @@ pub struct Args {
     /// With --on virtual: axis file of what the axis really is.
     #[arg(long, value_name = "FILE")]
     real: Option<PathBuf>,
+    /// With --on target: does not ask whether the axis may move.
+    #[arg(long)]
+    yes: bool,
     /// Also write the findings as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -64,14 +67,22 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let allowed = allowed(args, &file);
     let axis = Believed::new(&begin_with(&file, &allowed), &args.axis)?;
     output::notices(&axis.assumed);
+    if args.place.on == On::Target
+        && !args.yes
+        && !on::may_move(
+            &format!("up to {} N m", short(allowed.torque_nm)),
+            allowed.travel_rad,
+        )
+    {
+        return given_up(args, &[]);
+    }
     source::catch_interrupts();
     let mut screen = Screen::new(output::json_on_stdout(args.json.as_deref()));
     let outcome = on_bench(args, &axis, &mut |bench| {
         commission(&file, &axis, &allowed, bench, &mut screen)
     })?;
     let Some(outcome) = outcome else {
-        output::notices([&"given up; nothing was written".to_owned()]);
-        return output::write_json(args.json.as_deref(), &as_json(&screen.findings, None));
+        return given_up(args, &screen.findings);
     };
     outcome.file.write_under(&head(&outcome), &args.out)?;
     if !screen.quiet {
@@ -81,6 +92,11 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         args.json.as_deref(),
         &as_json(&outcome.findings, Some(&args.out)),
     )
+}
+
+fn given_up(args: &Args, findings: &[Finding]) -> Result<(), InputError> {
+    output::notices([&"given up; nothing was written".to_owned()]);
+    output::write_json(args.json.as_deref(), &as_json(findings, None))
 }
 
 fn allowed(args: &Args, file: &AxisFile) -> Allowed {
@@ -109,7 +125,9 @@ fn on_bench(
     let over = |to: &str, answers: Option<&str>, go: &mut Steps<'_>| {
         let mut bench = Remote::new(to, answers, axis)?;
         bench.by_hand = args.place.on == On::Target;
-        let done = bench.without_break_away(|bench| go(bench));
+        let done = bench
+            .gives(args.torque_nm)
+            .and_then(|()| bench.without_break_away(|bench| go(bench)));
         let ended = bench.finish();
         // Whatever went wrong before is what the user should hear of.
         done.and_then(|outcome| ended.map(|()| outcome))

@@ -2,6 +2,7 @@
 //! off.
 
 use crate::image::Emulator;
+use crate::on::{self, On, Place, only};
 use crate::output::{self, Progress, short};
 use crate::remote::{self, Remote};
 use crate::setup::{Real, Setup};
@@ -15,7 +16,6 @@ use bristle_gap::report::Table;
 use bristle_gap::run::{Bench, Virtual};
 use bristle_gap::signal::rms;
 use bristle_gap::{AxisFile, Believed, InputError};
-use clap::ValueEnum;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(
     after_help = "To use it, write the shares into the axis file:\n  [control]\n  friction_forward = 0.5\n  friction_feedback = \
-                        0.5\n\nExamples:\n  bristle compensate\n  bristle compensate --axis axis.toml --off 20\n  bristle compensate --on image"
+                        0.5\n\nExamples:\n  bristle compensate\n  bristle compensate --axis axis.toml --off 20\n  bristle compensate --on image --axis axes/bench.toml\n  bristle \
+                        compensate --on target --to tcp:localhost:9091 --answers tcp:localhost:9090 --axis axis.toml"
 )]
 pub struct Args {
     /// Axis file; the built-in bench axis where left out.
@@ -42,9 +43,11 @@ pub struct Args {
     /// By how much the friction parameters are off.
     #[arg(long, value_name = "PERCENT", default_value_t = 30.0, value_parser = output::positive)]
     off: f64,
-    /// On what.
-    #[arg(long, value_enum, default_value_t = On::Virtual)]
-    on: On,
+    #[command(flatten)]
+    place: Place,
+    /// With --on target: does not ask whether the axis may move.
+    #[arg(long)]
+    yes: bool,
     /// Length of the reversal experiment.
     #[arg(long, value_name = "S", default_value_t = 4.5, value_parser = output::positive)]
     seconds: f64,
@@ -53,23 +56,9 @@ pub struct Args {
     feed_forward: Option<PathBuf>,
     #[command(flatten)]
     real: Real,
-    /// With --on image: the firmware's image.
-    #[arg(long, value_name = "FILE", default_value = crate::on::FIRMWARE)]
-    firmware: PathBuf,
-    /// With --on image: the emulator.
-    #[arg(long, value_name = "FILE", default_value = crate::on::EMULATOR)]
-    emulator: PathBuf,
     /// Also write the figures as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum On {
-    /// The simulated axis of the axis file.
-    Virtual,
-    /// The firmware's image in the emulator, on the axis of axes/bench.toml.
-    Image,
 }
 
 /// Parameters of the friction that the controller believes in.
@@ -80,6 +69,18 @@ const FRICTION: [&str; 6] = [
     "stiffness_nm_rad",
     "damping_nm_s_rad",
     "viscous_nm_s_rad",
+];
+
+/// Those, and the shares that are compensated: what a run changes in the firmware.
+const NAMES: [&str; 8] = [
+    FRICTION[0],
+    FRICTION[1],
+    FRICTION[2],
+    FRICTION[3],
+    FRICTION[4],
+    FRICTION[5],
+    "friction_forward",
+    "friction_feedback",
 ];
 
 /// What is off together: a name, and places in [`FRICTION`].
@@ -131,6 +132,10 @@ struct Row {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<(), InputError> {
+    args.place.consistent()?;
+    if args.place.on != On::Virtual {
+        only(args.real.is_given(), "--effect or noise", "virtual")?;
+    }
     let setup = Setup::new(args.axis.as_ref())?;
     let axis = &setup.believed;
     let real = args.real.axis(axis)?;
@@ -143,32 +148,56 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     for one in beliefs.iter().flat_map(believed) {
         one?;
     }
-    source::catch_interrupts();
-    let mut emulated = None;
-    if args.on == On::Image {
-        only_virtual(args)?;
-        remote::check(axis)?;
-        let seconds = (args.seconds + MOVES as f64 * (MOVE_S + REST_S) + 2.0) * 2.0;
-        let seconds = 60 + (2.0 * seconds * beliefs.len() as f64) as u64;
-        let emulator = Emulator::start(&args.emulator, &args.firmware, seconds)?;
-        let bench = Remote::new(&emulator.address, None, axis)?;
-        emulated = Some((bench, emulator));
+    if args.place.on == On::Target
+        && !args.yes
+        && !on::may_move("within the firmware's torque limit", furthest(axis).into())
+    {
+        output::notices([&"given up; nothing has moved".to_owned()]);
+        return Ok(());
     }
+    source::catch_interrupts();
+    let mut linked = linked(args, axis, beliefs.len())?;
+    let rows = rows(
+        args,
+        &setup,
+        &real,
+        &beliefs,
+        table.as_ref(),
+        linked.as_mut().map(|its| &mut its.0),
+    );
+    let ended = linked.map_or(Ok(()), |(bench, before, _emulator)| leave(bench, &before));
+    // Whatever went wrong before is what the user should hear of.
+    let rows = rows.and_then(|rows| ended.map(|()| rows))?;
+    if !output::json_on_stdout(args.json.as_deref()) {
+        output::print_table(&show(&rows, &setup, args));
+    }
+    output::write_json(args.json.as_deref(), &rows)
+}
+
+fn rows(
+    args: &Args,
+    setup: &Setup,
+    real: &Believed,
+    beliefs: &[Belief],
+    table: Option<&feed_forward::Table>,
+    mut linked: Option<&mut Remote>,
+) -> Result<Vec<Row>, InputError> {
+    let (axis, path) = (&setup.believed, Path::new(&setup.name));
     let progress = Progress::new("compensate");
     let mut rows: Vec<Row> = Vec::new();
     for (i, belief) in beliefs.iter().enumerate() {
         progress.set(i as f64 / beliefs.len() as f64);
-        let table = table.as_ref().filter(|_| belief.table);
-        let mut play = |shares| match &mut emulated {
-            Some((bench, _)) => {
+        let table = table.filter(|_| belief.table);
+        let mut play = |shares| match &mut linked {
+            Some(bench) => {
                 bench.set(&belief.changes(shares))?;
                 bench.use_table(table)?;
-                figures(bench, axis, args.seconds)
+                figures(*bench, axis, args.seconds)
             }
             None => {
                 let believed = belief.axis(&setup.file, path, shares)?;
                 let (noise, seed) = (args.real.noise(), args.real.seed());
-                let mut bench = Virtual::new(&believed, &real, noise, seed)?;
+                let mut bench = Virtual::new(&believed, real, noise, seed)?;
                 // As in the firmware, where they are parameters of their own.
                 bench.limits_of(axis)?;
                 if let Some(table) = table {
@@ -177,7 +206,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
                 figures(&mut bench, axis, args.seconds)
             }
         };
-        let (without, with) = (play(both[0])?, play(both[1])?);
+        let (without, with) = (play([0.0; 2])?, play([args.forward, args.feedback])?);
         rows.push(Row {
             believed: belief.what.clone(),
             table: belief.table,
@@ -187,25 +216,39 @@ pub fn run(args: &Args) -> Result<(), InputError> {
             with,
         });
     }
-    drop(progress);
-    if let Some((bench, _emulator)) = emulated {
-        bench.finish()?;
-    }
-    if !output::json_on_stdout(args.json.as_deref()) {
-        output::print_table(&show(&rows, &setup, args));
-    }
-    output::write_json(args.json.as_deref(), &rows)
+    Ok(rows)
 }
 
-fn only_virtual(args: &Args) -> Result<(), InputError> {
-    if args.real.is_given() {
-        return Err(InputError::new(
-            "--effect or noise",
-            "is for --on virtual only",
-            "leave it out",
-        ));
-    }
-    Ok(())
+/// Takes back what a run has changed, then the torque and the drive.
+fn leave(mut bench: Remote, before: &Changes) -> Result<(), InputError> {
+    let dropped = bench.use_table(None);
+    let restored = bench.set(before);
+    let ended = bench.finish();
+    dropped.and(restored).and(ended)
+}
+
+/// The firmware behind a link, its friction parameters as they are, and the emulator that has to live as long.
+type Linked = (Remote, Changes, Option<Emulator>);
+
+fn linked(args: &Args, axis: &Believed, runs: usize) -> Result<Option<Linked>, InputError> {
+    let seconds = (args.seconds + MOVES as f64 * (MOVE_S + REST_S) + 2.0) * 2.0;
+    let (emulator, mut bench) = match args.place.on {
+        On::Virtual => return Ok(None),
+        On::Image => {
+            remote::check(axis)?;
+            let emulator = args
+                .place
+                .emulator(60 + (2.0 * seconds * runs as f64) as u64)?;
+            let bench = Remote::new(&emulator.address, None, axis)?;
+            (Some(emulator), bench)
+        }
+        On::Target => {
+            let (to, answers) = (args.place.to(), args.place.answers());
+            (None, Remote::new(to, answers, axis)?)
+        }
+    };
+    let before = bench.get(&NAMES)?;
+    Ok(Some((bench, before, emulator)))
 }
 
 /// The table, if there is one.
@@ -298,16 +341,24 @@ impl Belief {
     /// As the firmware takes them.
     fn changes(&self, shares: [f64; 2]) -> Changes {
         let mut changes = Changes::default();
-        let names = FRICTION
-            .iter()
-            .chain(&["friction_forward", "friction_feedback"]);
-        for (name, value) in names.zip(self.friction.iter().chain(&shares)) {
+        for (name, value) in NAMES.iter().zip(self.friction.iter().chain(&shares)) {
             if let Some(number) = parameter(name) {
                 changes.add(number, *value as f32);
             }
         }
         changes
     }
+}
+
+/// How far the reversals go from where they begin, rad.
+fn travel_rad(axis: &Believed) -> f32 {
+    let reversals = Named::Reversals.experiment(axis, axis.rate_hz);
+    reversals.needs(1.0 / axis.rate_hz as f32).travel_rad
+}
+
+/// Where it is ended, rad: an axis that goes twice as far as asked has lost its reference.
+fn furthest(axis: &Believed) -> f32 {
+    2.0 * travel_rad(axis)
 }
 
 fn figures(bench: &mut dyn Bench, axis: &Believed, seconds: f64) -> Result<Figures, InputError> {
@@ -323,7 +374,7 @@ fn figures(bench: &mut dyn Bench, axis: &Believed, seconds: f64) -> Result<Figur
     let mut swings = later(&went).saturating_sub(later(&asked));
     bench.rest(ticks(0.2), &|| !source::interrupted())?;
     let moves = Experiment::Moves {
-        length_rad: reversals.needs(1.0 / axis.rate_hz as f32).travel_rad,
+        length_rad: travel_rad(axis),
         move_ticks: ticks(MOVE_S),
         pause_ticks: ticks(REST_S),
         pauses: 1,
@@ -352,7 +403,11 @@ fn play(
     let mut player = Player::new(*experiment, 1.0 / axis.rate_hz as f32);
     let (mut asked, mut went) = (Vec::new(), Vec::new());
     let mut first = None;
-    let seen = bench.play(experiment, &Bounds::open(ticks), &mut |sample, _| {
+    let bounds = Bounds {
+        travel_rad: furthest(axis),
+        ..Bounds::open(ticks)
+    };
+    let seen = bench.play(experiment, &bounds, &mut |sample, _| {
         let (begin_s, begin) = *first.get_or_insert((sample.time_s, sample.counts));
         let place = ((sample.time_s - begin_s) * axis.rate_hz).round() as usize;
         // A sample that was lost is where the one before was.

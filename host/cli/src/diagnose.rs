@@ -26,7 +26,7 @@ pub struct Args {
     /// Axis file: what the simulator believes.
     #[arg(long, value_name = "FILE")]
     axis: PathBuf,
-    /// Logs of the axis, best of several experiments.
+    /// Logs of the axis, CSV or MCAP, best of several experiments.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// An effect that is not to be accused; may be given several times.
@@ -67,6 +67,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
         .collect::<Result<Vec<_>, _>>()?;
     for log in &logs {
         output::notices(&log.notices());
+        output::notices(&log.disagreement(&setup.file));
     }
     let options = Options {
         catalogue: catalogue()

@@ -22,7 +22,7 @@ pub struct Args {
     /// Axis file.
     #[arg(long, value_name = "FILE")]
     axis: PathBuf,
-    /// Log to read.
+    /// Log to read, CSV or MCAP.
     log: PathBuf,
     /// States to write, one row a sample.
     #[arg(long, value_name = "FILE")]
@@ -65,6 +65,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let setup = Setup::new(Some(&args.axis))?;
     let log = Log::read(&args.log)?;
     output::notices(&log.notices());
+    output::notices(&log.disagreement(&setup.file));
     let progress = Progress::new("observe");
     let options = Options {
         rate_hz: args.rate_hz,

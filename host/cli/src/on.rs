@@ -1,8 +1,11 @@
 //! What a command runs on: the virtual axis, the emulated firmware or the board.
 
+use crate::about;
 use crate::image::Emulator;
+use crate::output::short;
 use crate::source;
 use bristle_gap::InputError;
+use bristle_gap::capture::About;
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +46,7 @@ pub struct Place {
     answers: Option<String>,
     /// The firmware's image: what --on image runs, and whose hash a log in MCAP has.
     #[arg(long, value_name = "FILE")]
-    pub firmware: Option<PathBuf>,
+    firmware: Option<PathBuf>,
     /// With --on image: the emulator.
     #[arg(long, value_name = "FILE", default_value = EMULATOR)]
     emulator: PathBuf,
@@ -81,10 +84,31 @@ impl Place {
         Emulator::start(&self.emulator, self.firmware(), seconds)
     }
 
+    /// What a log says of the firmware that it came from, where that is known.
+    pub fn describe(&self, about: &mut About) -> Result<(), InputError> {
+        let image = self.firmware();
+        // The emulator says what is wrong with an image that is not there.
+        if self.firmware.is_some() || (self.on == On::Image && image.is_file()) {
+            about::firmware(about, image)?;
+        }
+        Ok(())
+    }
+
     /// The image to run.
-    pub fn firmware(&self) -> &Path {
+    fn firmware(&self) -> &Path {
         self.firmware.as_deref().unwrap_or(Path::new(FIRMWARE))
     }
+}
+
+/// Asks whether a real axis may move; what is no yes, an end of input too, is a no.
+pub fn may_move(torque: &str, travel_rad: f64) -> bool {
+    eprint!(
+        "the axis will move: {torque}, up to {} rad either way. Is nobody in its reach, and a stop at hand? [y/N] ",
+        short(travel_rad)
+    );
+    let mut answer = String::new();
+    let read = std::io::stdin().read_line(&mut answer);
+    read.is_ok() && matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
 /// Refuses an option that is for another place.

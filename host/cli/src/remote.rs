@@ -121,6 +121,29 @@ impl Remote {
         accepted("parameters", self.link.ask(&Command::Set(*changes))?).map(|_| ())
     }
 
+    /// Whether the firmware gives so much torque.
+    pub fn gives(&mut self, torque_nm: f64) -> Result<(), InputError> {
+        let limit = self.parameter("torque_limit_nm")?;
+        if torque_nm as f32 <= limit {
+            return Ok(());
+        }
+        Err(InputError::new(
+            format!("--torque-nm {torque_nm}"),
+            format!("is more than the firmware's torque_limit_nm, {limit}"),
+            format!("give {limit} or less, or raise the limit: bristle target torque_limit_nm=..."),
+        ))
+    }
+
+    /// Parameters of the firmware as they are, to be set again.
+    pub fn get(&mut self, names: &[&str]) -> Result<Changes, InputError> {
+        let mut changes = Changes::default();
+        for name in names {
+            let value = self.parameter(name)?;
+            changes.add(parameter(name).unwrap_or(u8::MAX), value);
+        }
+        Ok(changes)
+    }
+
     /// Has the firmware use a feed-forward table, or none.
     pub fn use_table(&mut self, table: Option<&Table>) -> Result<(), InputError> {
         let ask = |link: &mut Link, command: Command| accepted("table", link.ask(&command)?);
@@ -234,6 +257,8 @@ impl Bench for Remote {
         let mut seen = Seen::default();
         let mut stops = false;
         loop {
+            // First of all: what was seen last may be from before the drive was armed.
+            self.listen()?;
             for sample in std::mem::take(&mut self.fresh) {
                 match seen.sample(&sample, RATE_HZ) {
                     Phase::Over => return Ok(seen),
@@ -265,7 +290,6 @@ impl Bench for Remote {
                     "mend its cause, then: bristle target clear",
                 ));
             }
-            self.listen()?;
         }
     }
 

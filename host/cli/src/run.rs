@@ -101,11 +101,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     };
     let mut about = about::about(axis.rate_hz, axis.unit);
     about::axis(&mut about, &setup.file);
-    let image = args.place.firmware();
-    // The emulator says what is wrong with an image that is not there.
-    if args.place.firmware.is_some() || (args.place.on == On::Image && image.is_file()) {
-        about::firmware(&mut about, image)?;
-    }
+    args.place.describe(&mut about)?;
     let mut run = Run {
         axis,
         about,

@@ -3,7 +3,7 @@
 use crate::output;
 use crate::setup::{Real, Setup};
 use crate::source::{self, plain};
-use bristle_core::burst::Burst;
+use bristle_core::burst::{BURST_SAMPLES, Burst};
 use bristle_core::command::{Command, MOST_COMMAND_BYTES, Reply};
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::feed_forward::FeedForward;
@@ -23,8 +23,6 @@ use std::time::{Duration, Instant};
 
 /// Ticks of a frame: a millisecond, as the firmware sends them.
 const FRAME_TICKS: u64 = 10;
-/// Samples that a burst may have, as in the firmware.
-const BURST_SAMPLES: usize = 1536;
 /// Frames between two status frames.
 const STATUS_FRAMES: u64 = 100;
 

@@ -24,7 +24,7 @@ pub struct Args {
     /// Axis file.
     #[arg(long, value_name = "FILE")]
     axis: PathBuf,
-    /// What drives the axis: a log, or a CSV with less in it.
+    /// What drives the axis: a log, CSV or MCAP, or a CSV with less in it.
     #[arg(
         long,
         value_name = "FILE",

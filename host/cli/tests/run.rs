@@ -1,16 +1,9 @@
-//! `bristle run` on the virtual axis, and over a link to the control interrupt in a thread of this test.
+//! `bristle run` on the virtual axis, and over a link to `bristle serve`.
 
-use bristle_core::command::{Command as Order, MOST_COMMAND_BYTES, Reply};
-use bristle_core::controller::{self, Controller, Input};
-use bristle_core::parameters::{BENCH, Config, Parameters};
-use bristle_core::status::{PROTOCOL_VERSION, Report};
-use bristle_core::supervisor::Request;
-use bristle_core::trace;
-use bristle_core::wire::Decoder;
-use bristle_gap::believed::Noise;
-use bristle_gap::{AxisFile, Believed, Log};
-use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
+mod common;
+
+use bristle_gap::Log;
+use common::Server;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -208,104 +201,13 @@ fn ctrl_c_keeps_what_was_recorded() {
     assert_eq!(names(folder.path()), ["log.csv"]);
 }
 
-/// The control interrupt on the axis of axes/bench.toml, in real time, until its client goes.
-fn firmware(mut link: TcpStream, parameters: &Parameters) {
-    let file = AxisFile::read(axis_path()).unwrap();
-    let axis = Believed::new(&file, &axis_path()).unwrap();
-    let mut axis = axis.axis(axis.model, 1e-4, Noise::default(), 1).unwrap();
-    let config = parameters.build(1e-4, 1).unwrap();
-    let mut controller = Controller::new(&config, axis.reading().raw(), false);
-    let mut frames = Decoder::<MOST_COMMAND_BYTES>::new();
-    let mut orders = std::collections::VecDeque::new();
-    let mut buffer = [0; 1024];
-    link.set_nonblocking(true).unwrap();
-    let begun = Instant::now();
-    for tick in 0_u64.. {
-        match link.read(&mut buffer) {
-            Ok(0) => return,
-            Ok(count) => assert_eq!(frames.feed(&buffer[..count]), count),
-            // A client that leaves samples unread resets the connection.
-            Err(error) if error.kind() == ErrorKind::ConnectionReset => return,
-            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
-        }
-        let mut out = Vec::new();
-        while let Some(frame) = frames.next_frame() {
-            let (number, order) = Order::read(&frame);
-            let (reply, order) = follow(order.unwrap(), parameters, &config);
-            orders.extend(order);
-            let mut buffer = [0; MOST_COMMAND_BYTES];
-            out.extend_from_slice(reply.write(number, &mut buffer).unwrap());
-        }
-        let mut frame = trace::begin(&mut buffer);
-        for _ in 0..10 {
-            let input = Input {
-                raw: axis.reading().raw(),
-                ..Input::default()
-            };
-            if let Some(order) = orders.pop_front() {
-                controller.obey(&config, &order);
-            }
-            let output = controller.step(&config, &input);
-            axis.advance(f64::from(output.torque_nm));
-            trace::put(&mut frame, &output.record);
-        }
-        out.extend_from_slice(frame.finish(10).unwrap());
-        if tick % 100 == 0 {
-            let report = Report {
-                protocol_version: PROTOCOL_VERSION,
-                ..Report::default()
-            };
-            out.extend_from_slice(report.write(&mut buffer).unwrap());
-        }
-        link.set_nonblocking(false).unwrap();
-        if link.write_all(&out).is_err() {
-            return;
-        }
-        link.set_nonblocking(true).unwrap();
-        std::thread::sleep(Duration::from_millis(tick).saturating_sub(begun.elapsed()));
-    }
-}
-
-fn follow(
-    order: Order,
-    parameters: &Parameters,
-    config: &Config,
-) -> (Reply, Option<controller::Order>) {
-    let accepted = Reply::Accepted {
-        parameter_version: 0,
-    };
-    let request = |request| (accepted, Some(controller::Order::Request(request)));
-    match order {
-        Order::KeepAlive => request(Request::KeepAlive),
-        Order::Arm => request(Request::Arm),
-        Order::Disarm => request(Request::Disarm),
-        Order::Stop => request(Request::Stop),
-        Order::ClearFault => request(Request::ClearFault),
-        Order::Play(experiment, bounds) => {
-            match bounds.admit(&experiment, &parameters.limits(1e-4), 1e-4) {
-                Ok(()) => (accepted, Some(config.play(experiment, &bounds))),
-                Err(refusal) => (Reply::Refused(refusal), None),
-            }
-        }
-        Order::Get(parameter) => {
-            let value = parameters.get(parameter).unwrap();
-            (Reply::Value { parameter, value }, None)
-        }
-        other => panic!("nobody asks for {other:?}"),
-    }
-}
-
-/// Runs over a link to the interrupt.
-fn over_a_link(folder: &Path, words: &[&str], parameters: Parameters) -> Output {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = format!("tcp:{}", listener.local_addr().unwrap());
-    let server = std::thread::spawn(move || firmware(listener.accept().unwrap().0, &parameters));
-    let output = bristle(folder, words)
-        .args(["--on", "target", "--to", &address])
+/// Runs over a link to the control interrupt on the axis of a file.
+fn over_a_link(folder: &Path, words: &[&str], axis: &Path) -> Output {
+    let server = Server::start(axis);
+    bristle(folder, words)
+        .args(["--on", "target", "--to", &format!("tcp:{}", server.address)])
         .output()
-        .unwrap();
-    server.join().unwrap();
-    output
+        .unwrap()
 }
 
 #[test]
@@ -315,7 +217,7 @@ fn over_a_link_the_log_is_that_of_the_virtual_axis() {
     let output = over_a_link(
         folder.path(),
         &["sine", "--seconds", "1.5", "--out", linked],
-        BENCH,
+        &axis_path(),
     );
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
@@ -338,7 +240,7 @@ fn over_a_link_the_log_is_that_of_the_virtual_axis() {
 fn over_a_link_a_plan_runs_and_a_bound_ends_an_experiment() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("plan.toml"), PLAN).unwrap();
-    let output = over_a_link(folder.path(), &["plan.toml", "--out", "logs"], BENCH);
+    let output = over_a_link(folder.path(), &["plan.toml", "--out", "logs"], &axis_path());
     assert!(output.status.success(), "{output:?}");
     let json = std::fs::read(folder.path().join("logs/run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
@@ -353,27 +255,26 @@ fn over_a_link_a_plan_runs_and_a_bound_ends_an_experiment() {
 fn over_a_link_what_does_not_fit_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["sine", "--seconds", "1", "--out", "log.csv"];
-    let weak = Parameters {
-        torque_limit_nm: 0.03,
-        ..BENCH
-    };
-    let output = over_a_link(folder.path(), &words, weak);
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(
-        text.starts_with("start: refused: the experiment asks for more torque than its bound or the controller's limit; "),
-        "{text}"
-    );
-    let coarse = Parameters {
-        counts_per_rev: 4096.0,
-        ..BENCH
-    };
-    let output = over_a_link(folder.path(), &words, coarse);
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        text.contains("the firmware has 4096 counts a turn, and the axis file 16384; "),
-        "{text}"
-    );
+    for (from, to, expected) in [
+        (
+            "[observer]",
+            "[drive]\ntorque_limit_nm = 0.03\n[observer]",
+            "start: refused: the experiment asks for more torque than its bound or the controller's limit; ",
+        ),
+        (
+            "counts_per_rev = 16384",
+            "counts_per_rev = 65536",
+            "the firmware has 65536 counts a turn, and the axis file 16384; ",
+        ),
+    ] {
+        let text = std::fs::read_to_string(axis_path()).unwrap();
+        let served = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(&served, text.replacen(from, to, 1)).unwrap();
+        let output = over_a_link(folder.path(), &words, served.path());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(expected), "{text}");
+    }
     assert!(names(folder.path()).is_empty());
 }
 
@@ -394,7 +295,11 @@ fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
     let steps = kinds.map(|kind| format!("[[experiment]]\nkind = \"{kind}\"\nseconds = 1.5\n"));
     let plan = format!("[plan]\nrest_s = 0.1\n{}", steps.concat());
     std::fs::write(folder.path().join("plan.toml"), plan).unwrap();
-    let output = over_a_link(folder.path(), &["plan.toml", "--out", "linked"], BENCH);
+    let output = over_a_link(
+        folder.path(),
+        &["plan.toml", "--out", "linked"],
+        &axis_path(),
+    );
     assert!(output.status.success(), "{output:?}");
     let output = run(folder.path(), &["plan.toml", "--out", "alone"]);
     assert!(output.status.success(), "{output:?}");
@@ -430,4 +335,50 @@ fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
         let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
         assert_eq!(json["schema"], 1, "{command}");
     }
+}
+
+#[test]
+fn csv_and_mcap_of_one_run_are_one_log_and_identify_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = ["log.csv", "log.mcap"].map(|name| {
+        let words = [
+            "multisine",
+            "--seconds",
+            "2",
+            "--position-noise-rad",
+            "1e-4",
+        ];
+        let output = run(folder.path(), &[&words[..], &["--out", name]].concat());
+        assert!(output.status.success(), "{output:?}");
+        let words = ["identify", name, "--out", "fitted.toml", "--json", "-"];
+        let output = Command::new(env!("CARGO_BIN_EXE_bristle"))
+            .current_dir(folder.path())
+            .args(words)
+            .args(["--model", "coulomb-viscous", "--axis"])
+            .arg(axis_path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let log = Log::read(folder.path().join(name)).unwrap();
+        (log, json)
+    });
+    let [(csv, by_csv), (mcap, by_mcap)] = results;
+    assert_eq!(by_mcap["parameters"], by_csv["parameters"]);
+    assert!(
+        by_csv["parameters"]["coulomb_nm"]["value"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    assert_eq!(mcap.about["lost"], "0");
+    // Beside its name and what it says of itself, the same to the last digit.
+    let mcap = Log {
+        file: csv.file.clone(),
+        about: csv.about.clone(),
+        ..mcap
+    };
+    assert_eq!(mcap, csv);
+    let notes = by_mcap["notes"].to_string();
+    assert!(notes.contains("samples lost: 0"), "{notes}");
 }

@@ -3,8 +3,11 @@
 
 #![cfg(unix)]
 
+mod common;
+
+use common::Server;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 const BRISTLE: &str = env!("CARGO_BIN_EXE_bristle");
@@ -87,36 +90,6 @@ impl Drop for Terminal {
     }
 }
 
-/// The virtual axis behind a link; ends with this value.
-struct Server(Child, String);
-
-impl Server {
-    fn start() -> Self {
-        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = free.local_addr().unwrap().to_string();
-        drop(free);
-        let child = Command::new(BRISTLE)
-            .args(["serve", "--at", &address, "--axis"])
-            .arg(axis_path())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        let until = Instant::now() + PATIENCE;
-        while std::net::TcpStream::connect(&address).is_err() {
-            assert!(Instant::now() < until);
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        Self(child, address)
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 /// Keeps a screen where the docs say how they are made, if asked for.
 fn keep(name: &str, screen: &str) {
     if let Some(folder) = std::env::var_os("BRISTLE_SCREENS") {
@@ -174,6 +147,45 @@ fn it_arms_plays_records_sets_and_triggers_in_a_terminal() {
     assert!(bytes.len() > 10_000, "{}", bytes.len());
 }
 
+/// `cargo xtask test` builds emulator and image, and names them.
+#[test]
+fn on_the_image_the_scope_watches_and_records() {
+    let named = |name: &str| std::env::var(name).ok();
+    let (Some(emulator), Some(firmware)) = (named("BRISTLE_EMULATOR"), named("BRISTLE_FIRMWARE"))
+    else {
+        eprintln!("SKIPPED: BRISTLE_EMULATOR and BRISTLE_FIRMWARE name no image");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let axis = axis_path();
+    let command = format!(
+        "{BRISTLE} scope --on image --emulator {emulator} --firmware {firmware} --axis {}",
+        axis.display()
+    );
+    let Some(terminal) = Terminal::start(folder.path(), "image", &command) else {
+        return;
+    };
+    terminal.shows("emulated firmware");
+    terminal.shows("idle  limited by: not armed");
+    terminal.keys(&["a"]);
+    terminal.shows("armed  limited by:");
+    terminal.keys(&["r"]);
+    terminal.shows("REC");
+    terminal.keys(&["s"]);
+    terminal.shows("experiment plays");
+    std::thread::sleep(Duration::from_secs(2));
+    keep("image.txt", &terminal.screen());
+    terminal.keys(&["q"]);
+    let screen = terminal.shows("EXIT 0");
+    assert!(screen.contains(" 0 lost, 0 faults"), "{screen}");
+    let log = bristle_gap::Log::read(folder.path().join("scope.mcap")).unwrap();
+    assert!(log.gaps().is_empty());
+    // What it was recorded with: the image, and the parameters that it runs on.
+    assert_eq!(log.about["firmware_sha256"].len(), 64);
+    assert_eq!(log.about["parameter coulomb_nm"], "0.02");
+    assert_eq!(log.about["lost"], "0");
+}
+
 #[test]
 fn what_is_no_terminal_is_refused_in_a_line() {
     let output = Command::new(BRISTLE).arg("scope").output().unwrap();
@@ -204,10 +216,10 @@ fn processor_s(process: &str) -> f64 {
 #[test]
 fn it_takes_little_of_a_core() {
     let folder = tempfile::tempdir().unwrap();
-    let server = Server::start();
+    let server = Server::start(&axis_path());
     let command = format!(
         "exec {BRISTLE} scope --on target --to tcp:{} --record",
-        server.1
+        server.address
     );
     let Some(terminal) = Terminal::start(folder.path(), "load", &format!("sh -c '{command}'"))
     else {
@@ -221,7 +233,7 @@ fn it_takes_little_of_a_core() {
     let found = Command::new("pgrep")
         .args([
             "-f",
-            &format!("^{BRISTLE} scope --on target --to tcp:{}", server.1),
+            &format!("^{BRISTLE} scope --on target --to tcp:{}", server.address),
         ])
         .output()
         .unwrap();

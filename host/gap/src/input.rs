@@ -11,9 +11,13 @@ use crate::error::InputError;
 /// Text beyond this is refused rather than let fill the memory: three hours at 10 kHz fit in.
 const LIMIT_BYTES: u64 = 4 << 30;
 
-/// Reads a file whole, without a byte order mark.
+/// Reads a file whole as text, without a byte order mark.
 pub(crate) fn read_text(path: &Path) -> Result<String, InputError> {
-    let mut bytes = read_bytes(path)?;
+    text_of(path, read_bytes(path)?)
+}
+
+/// Bytes of a file as text, without a byte order mark.
+pub(crate) fn text_of(path: &Path, mut bytes: Vec<u8>) -> Result<String, InputError> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(
             InputError::new(path, "the text is UTF-16", "save the file as UTF-8")
@@ -71,7 +75,8 @@ pub(crate) fn character_at(text: &[u8], at: usize) -> u64 {
     String::from_utf8_lossy(line).chars().count() as u64 + 1
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+/// Reads a file whole, unpacked if it is gzip.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     let cannot = |error: io::Error| match error.kind() {
         io::ErrorKind::NotFound => InputError::new(path, "there is no such file", "check the path"),
         io::ErrorKind::PermissionDenied => {

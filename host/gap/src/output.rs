@@ -9,6 +9,7 @@ use flate2::write::GzEncoder;
 use tempfile::NamedTempFile;
 
 use crate::error::InputError;
+use crate::log::Cells;
 
 /// Writes a file through an [`AtomicFile`].
 ///
@@ -175,7 +176,7 @@ pub enum Values<'a> {
     /// Whole numbers, printed without a point.
     Whole(&'a [f64]),
     /// Printed as they are, in quotes where needed.
-    Text(&'a [String]),
+    Text(&'a Cells),
 }
 
 impl Values<'_> {
@@ -208,14 +209,24 @@ pub fn write_columns(
         let mut csv = csv::Writer::from_writer(writer);
         csv.write_record(columns.iter().map(|(name, _)| name))?;
         let mut cell = Vec::new();
+        let mut texts: Vec<_> = columns
+            .iter()
+            .map(|(_, values)| match values {
+                Values::Text(cells) => Some(cells.iter()),
+                _ => None,
+            })
+            .collect();
         for row in 0..rows {
-            for (_, values) in columns {
+            for ((_, values), text) in columns.iter().zip(&mut texts) {
                 cell.clear();
                 match values {
                     // Debug is the shortest form that reads back equal, with an exponent where that is shorter.
                     Values::Numbers(values) => write!(cell, "{:?}", values[row])?,
                     Values::Whole(values) => write!(cell, "{}", values[row])?,
-                    Values::Text(values) => cell.extend_from_slice(values[row].as_bytes()),
+                    Values::Text(_) => {
+                        let next = text.as_mut().and_then(Iterator::next);
+                        cell.extend_from_slice(next.unwrap_or_default().as_bytes());
+                    }
                 }
                 csv.write_field(&cell)?;
             }

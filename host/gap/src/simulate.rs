@@ -65,6 +65,7 @@ impl Simulated {
             velocity: None,
             temperature_c: None,
             unknown: Vec::new(),
+            about: Default::default(),
         }
     }
 }

@@ -54,6 +54,7 @@ fn repeating(noise_nm: f64, warm_up_nm: f64, seed: u64) -> Log {
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     }
 }
 

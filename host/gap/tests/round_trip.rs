@@ -50,7 +50,8 @@ prop_compose! {
             position_ref: None,
             velocity: (kind == 1).then(|| positions.clone()),
             temperature_c: Some(positions),
-            unknown: vec![Unknown { name: "a, note".to_owned(), values: cells }],
+            unknown: vec![Unknown { name: "a, note".to_owned(), values: cells.into_iter().collect() }],
+            about: Default::default(),
         }
     }
 }
@@ -206,6 +207,7 @@ fn long_logs_read_fast() {
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     };
     log.write(&log.file).unwrap();
     assert_eq!(Log::read(&log.file).unwrap(), log);

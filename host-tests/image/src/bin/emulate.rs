@@ -64,8 +64,12 @@ fn run(image: &str, raw: &str, seconds: &str) -> Result<(), String> {
     session.keep = false;
     for _ in 0..seconds {
         session.run(TICKS_PER_S).map_err(|e| format!("{e:?}"))?;
+        let ticks = session.ticks();
         let heard = &session.heard.continuity;
-        eprintln!("{} samples sent, {} lost", heard.received, heard.lost);
+        eprintln!(
+            "{ticks} ticks since power on, {} samples sent, {} lost",
+            heard.received, heard.lost
+        );
     }
     Ok(())
 }

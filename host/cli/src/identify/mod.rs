@@ -34,7 +34,7 @@ pub struct Args {
     /// Axis file: rotary or linear, encoder and gains; the inertia may be a guess.
     #[arg(long, value_name = "FILE")]
     axis: PathBuf,
-    /// Logs of the axis.
+    /// Logs of the axis, CSV or MCAP.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Axis file to write.
@@ -152,6 +152,7 @@ fn usable(
     for path in paths {
         let log = Log::read(path)?;
         notes.extend(log.notices());
+        notes.extend(log.disagreement(axis));
         let inspected = hygiene::inspect(&log, axis)?;
         let fatal = inspected
             .findings

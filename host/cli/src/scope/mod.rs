@@ -8,6 +8,7 @@ mod panel;
 mod recording;
 mod trigger;
 
+use crate::about;
 use crate::on::{On, Place, only};
 use crate::output;
 use crate::serve::Served;
@@ -15,6 +16,7 @@ use crate::setup::{Real, Setup};
 use crate::source::{self, Source, plain};
 use bristle_core::command::Command;
 use bristle_core::supervisor::State;
+use bristle_gap::capture::About;
 use bristle_gap::experiments::Named;
 use bristle_gap::{Believed, InputError};
 use buffer::{Buffer, Point};
@@ -90,8 +92,11 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     }
     let setup = Setup::new(args.axis.as_ref())?;
     source::catch_interrupts();
+    let mut about = about::about(setup.believed.rate_hz, setup.believed.unit);
+    about::axis(&mut about, &setup.file);
+    args.place.describe(&mut about)?;
     let (feed, name, _emulator) = open(args, &setup)?;
-    let mut scope = Scope::new(args, &setup, feed, name);
+    let mut scope = Scope::new(args, &setup, feed, name, about);
     if args.record {
         scope.record();
     }
@@ -184,17 +189,15 @@ struct Scope {
     recording: Option<Recording>,
     recordings: usize,
     out: PathBuf,
-    setup_text: bristle_gap::capture::About,
+    about: About,
     /// This scope armed it.
     armed: bool,
     quits: bool,
 }
 
 impl Scope {
-    fn new(args: &Args, setup: &Setup, feed: Feed, name: String) -> Self {
+    fn new(args: &Args, setup: &Setup, feed: Feed, name: String, about: About) -> Self {
         let axis = setup.believed.clone();
-        let mut about = crate::about::about(axis.rate_hz, axis.unit);
-        crate::about::axis(&mut about, &setup.file);
         Self {
             name,
             axis,
@@ -210,7 +213,7 @@ impl Scope {
             recording: None,
             recordings: 0,
             out: args.out.clone(),
-            setup_text: about,
+            about,
             armed: false,
             quits: false,
         }
@@ -304,7 +307,7 @@ impl Scope {
     /// Begins a recording, or ends the one that runs.
     fn record(&mut self) {
         if let Some(recording) = self.recording.take() {
-            let said = recording.end(&self.feed.summary());
+            let said = recording.end(&self.feed.summary(), self.panel.named().collect());
             return match said {
                 Ok(text) => self.say(text, false),
                 Err(error) => self.say(error.to_string(), true),
@@ -312,7 +315,7 @@ impl Scope {
         }
         self.recordings += 1;
         let path = recording::numbered(&self.out, self.recordings);
-        let mut about = self.setup_text.clone();
+        let mut about = self.about.clone();
         about.extend(self.panel.named());
         let lost = self.feed.summary().lost;
         match Recording::begin(path, &about, lost) {
@@ -337,9 +340,9 @@ impl Scope {
         }
         self.listen();
         match self.recording.take() {
-            Some(recording) => recording.end(&self.feed.summary()).map(|text| {
-                self.say(text, false);
-            }),
+            Some(recording) => recording
+                .end(&self.feed.summary(), self.panel.named().collect())
+                .map(|text| self.say(text, false)),
             None => Ok(()),
         }
     }

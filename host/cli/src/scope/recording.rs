@@ -40,14 +40,12 @@ impl Recording {
         self.samples
     }
 
-    /// Ends it and says what it holds.
-    pub fn end(self, summary: &Summary) -> Result<String, InputError> {
+    /// Ends it with what is known only now, and says what it holds.
+    pub fn end(self, summary: &Summary, mut known: About) -> Result<String, InputError> {
         let lost = summary.lost.saturating_sub(self.lost);
-        let result = About::from(
-            [("samples", self.samples), ("lost", lost)]
-                .map(|(name, count)| (name.to_owned(), count.to_string())),
-        );
-        self.recorder.commit(&result)?;
+        let counts = [("samples", self.samples), ("lost", lost)];
+        known.extend(counts.map(|(name, count)| (name.to_owned(), count.to_string())));
+        self.recorder.commit(&known)?;
         let path = self.path.display();
         Ok(format!("{path}: {} samples, {lost} lost", self.samples))
     }

@@ -12,6 +12,7 @@ mod write;
 pub use self::mcap::About;
 pub use recorder::Recorder;
 pub use summary::{FaultSeen, LimitSeen, MOST_FAULTS, Summary};
+pub(crate) use write::word;
 pub use write::{Layout, Position};
 
 use bristle_core::status::{PROTOCOL_VERSION, Report};

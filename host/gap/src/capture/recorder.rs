@@ -31,6 +31,10 @@ impl Recorder {
         about: &About,
     ) -> Result<Self, InputError> {
         let path = path.as_ref();
+        if path.to_string_lossy().ends_with(".mcap.gz") {
+            let what = "an MCAP file is packed inside";
+            return Err(InputError::new(path, what, "let its name end in .mcap"));
+        }
         let mut file = AtomicFile::create(path)?;
         let form = if path.extension().is_some_and(|name| name == "mcap") {
             let log = McapLog::new(file, layout, about).map_err(|error| failed(path, &error))?;

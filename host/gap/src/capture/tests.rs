@@ -74,7 +74,7 @@ fn whole_stream_becomes_a_log() {
     assert_eq!((log.len(), log.gaps().len()), (100, 0));
     assert_eq!((log.time_s[0], log.position.values[0]), (0.01, 300.0));
     let z = log.unknown.iter().find(|c| c.name == "z_time_free_rad");
-    let read: f32 = z.unwrap().values[5].parse().unwrap();
+    let read: f32 = z.unwrap().values.iter().nth(5).unwrap().parse().unwrap();
     assert_eq!(read.to_bits(), record(105).z_time_free_rad.to_bits());
     let rad = log_of(
         &samples,

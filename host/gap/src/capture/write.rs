@@ -30,6 +30,16 @@ const FLAGS: [(&str, u8); 4] = [
     ("overrun", FLAG_OVERRUN),
 ];
 
+/// The words for the numbers of a column that has words in CSV and numbers in MCAP.
+pub(crate) fn word(column: &str) -> Option<fn(u8) -> Option<&'static str>> {
+    match column {
+        "state" => Some(|number| State::of(number).map(State::text)),
+        "limit" => Some(|number| Limit::of(number).map(Limit::text)),
+        "ended" => Some(|number| End::of(number).map(End::text)),
+        _ => None,
+    }
+}
+
 /// The columns of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layout {

@@ -160,6 +160,7 @@ impl Wizard<'_> {
             velocity: None,
             temperature_c: None,
             unknown: Vec::new(),
+            about: Default::default(),
         }
     }
 

@@ -108,5 +108,6 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     })
 }

@@ -2,7 +2,10 @@
 //!
 //! An effort value is the mean effort from its sample to the next. Vectors have one entry a sample.
 
+mod cells;
 mod columns;
+mod gather;
+mod mcap;
 mod read;
 mod timing;
 mod write;
@@ -10,9 +13,11 @@ mod write;
 use std::borrow::Cow;
 use std::path::PathBuf;
 
+pub use cells::Cells;
 pub use timing::Gap;
 
 use crate::axis_file::AxisFile;
+use crate::capture::About;
 use crate::error::InputError;
 use bristle_plant::Unit;
 use columns::{Role, name_of};
@@ -65,7 +70,7 @@ pub struct Unknown {
     /// Its header.
     pub name: String,
     /// Its cells as they stood.
-    pub values: Vec<String>,
+    pub values: Cells,
 }
 
 /// A log. Where `unit` is linear, read m for rad in the optional columns.
@@ -91,6 +96,8 @@ pub struct Log {
     pub temperature_c: Option<Vec<f64>>,
     /// Columns that are ignored.
     pub unknown: Vec<Unknown>,
+    /// What an MCAP file says of itself; empty for CSV.
+    pub about: About,
 }
 
 impl Log {
@@ -197,7 +204,47 @@ impl Log {
                 first.start_s,
             ));
         }
+        notices.extend(self.recorded_notice());
         notices
+    }
+
+    /// What a file that says so was recorded with: when, by which firmware, and what was lost.
+    fn recorded_notice(&self) -> Option<String> {
+        let part = |words: &str, key: &str, most: usize| {
+            let value: String = self.about.get(key)?.chars().take(most).collect();
+            let value: String = value.escape_debug().collect();
+            Some(format!("{words}{value}"))
+        };
+        let parts = [
+            // To the second, and as many digits of a hash as tell images apart.
+            part("recorded ", "started", 19),
+            part("firmware ", "firmware_sha256", 12),
+            part("samples lost: ", "lost", 20),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        let file = self.file.display();
+        (!parts.is_empty()).then(|| format!("{file}: {}", parts.join(", ")))
+    }
+
+    /// What a user should hear where the recording was made with another encoder than this axis file says.
+    pub fn disagreement(&self, axis: &AxisFile) -> Option<String> {
+        if self.position.kind != PositionKind::Counts {
+            return None;
+        }
+        let of_firmware = || self.about.get("parameter counts_per_rev")?.parse().ok();
+        let of_file = || {
+            let text = self.about.get("axis_file")?;
+            AxisFile::parse(text, &self.file).ok()?.axis.counts_per_turn
+        };
+        let then: f64 = of_firmware().or_else(of_file)?;
+        let now = axis.axis.counts_per_turn?;
+        (then != now).then(|| {
+            format!(
+                "{}: recorded with {then} counts a turn or metre, and the axis file says {now}: its counts are read by the \
+                 axis file",
+                self.file.display()
+            )
+        })
     }
 
     fn unknown_notice(&self) -> String {

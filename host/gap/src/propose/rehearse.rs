@@ -135,6 +135,7 @@ impl Stage<'_> {
             velocity: None,
             temperature_c: None,
             unknown: Vec::new(),
+            about: Default::default(),
         };
         Ok(Some((log, moved * self.axis.rad_per_count())))
     }

@@ -90,6 +90,7 @@ pub fn record(
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     }))
 }
 

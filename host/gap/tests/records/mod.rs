@@ -70,5 +70,6 @@ pub fn record(axis: &AxisFile, named: Named, seconds: f64, noise: f64, seed: u64
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     }
 }

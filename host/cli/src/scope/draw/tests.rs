@@ -55,7 +55,7 @@ fn scope(words: &[&str]) -> Scope {
     let args = Only::parse_from([&["scope"], words].concat()).args;
     let setup = Setup::new(None).unwrap();
     let feed = Feed::listening(Box::new(io::Cursor::new(stream())), 1e4);
-    let mut scope = Scope::new(&args, &setup, feed, "made up".to_owned());
+    let mut scope = Scope::new(&args, &setup, feed, "made up".to_owned(), About::new());
     let until = Instant::now() + Duration::from_secs(20);
     let ended = |scope: &Scope| {
         scope
@@ -156,7 +156,7 @@ fn a_small_terminal_and_no_sample_are_no_reason_to_panic() {
     let args = Only::parse_from(["scope"]).args;
     let setup = Setup::new(None).unwrap();
     let feed = Feed::listening(Box::new(io::empty()), 1e4);
-    let mut scope = Scope::new(&args, &setup, feed, String::new());
+    let mut scope = Scope::new(&args, &setup, feed, String::new(), About::new());
     press(
         &mut scope,
         &[KeyCode::Left, KeyCode::Char(' '), KeyCode::Char('p')],
@@ -174,7 +174,7 @@ fn a_recording_holds_every_sample_of_the_stream() {
     let args = Only::parse_from(["scope", "--out", path.to_str().unwrap()]).args;
     let setup = Setup::new(None).unwrap();
     let feed = Feed::listening(Box::new(io::Cursor::new(stream())), 1e4);
-    let mut scope = Scope::new(&args, &setup, feed, String::new());
+    let mut scope = Scope::new(&args, &setup, feed, String::new(), About::new());
     press(&mut scope, &[KeyCode::Char('r')]);
     let until = Instant::now() + Duration::from_secs(20);
     while scope

@@ -200,5 +200,6 @@ fn record_twin(truth: &Joint, record: &Record, log: &Log, seed: u64) -> Result<L
         velocity: None,
         temperature_c: None,
         unknown: Vec::new(),
+        about: Default::default(),
     })
 }
