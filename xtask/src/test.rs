@@ -58,8 +58,8 @@ fn commands_on_image() -> bool {
     cargo
         .args([
             "test",
-            "--package",
-            "bristle",
+            // As the tests before: one package alone has other features, and is built anew.
+            "--workspace",
             "--test",
             "image",
             "--test",

@@ -1,7 +1,11 @@
 //! `bristle` on the firmware's image in the emulator, as its user runs it. `cargo xtask test` builds both and names them;
 //! skipped, loudly, without.
 
+#[path = "common/every.rs"]
+mod every;
+
 use bristle_gap::{AxisFile, Log};
+use every::{KINDS, plan};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -43,18 +47,6 @@ fn bristle(folder: &Path, words: &[&str], more: &[String]) -> Output {
     output
 }
 
-const KINDS: [&str; 9] = [
-    "sine",
-    "pulse",
-    "reversals",
-    "ladder",
-    "prbs",
-    "dahl-ramp",
-    "break-away",
-    "multisine",
-    "moves",
-];
-
 /// Of each column: its name, and whether it holds numbers or words.
 fn format(path: &Path) -> Vec<(String, bool)> {
     let text = std::fs::read_to_string(path).unwrap();
@@ -73,9 +65,7 @@ fn on_the_image_every_experiment_makes_a_log_as_on_the_virtual_axis() {
     };
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
-    let steps = KINDS.map(|kind| format!("[[experiment]]\nkind = \"{kind}\"\nseconds = 1.5\n"));
-    let plan = format!("[plan]\nrest_s = 0.1\n{}", steps.concat());
-    std::fs::write(place.join("plan.toml"), plan).unwrap();
+    std::fs::write(place.join("plan.toml"), plan()).unwrap();
     bristle(place, &["run", "plan.toml", "--out", "image"], &image);
     bristle(place, &["run", "plan.toml", "--out", "virtual"], &[]);
     for (n, kind) in (1..).zip(KINDS) {

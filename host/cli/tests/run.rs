@@ -1,9 +1,12 @@
 //! `bristle run` on the virtual axis, and over a link to `bristle serve`.
 
 mod common;
+#[path = "common/every.rs"]
+mod every;
 
 use bristle_gap::Log;
 use common::Server;
+use every::{KINDS, plan};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -281,20 +284,7 @@ fn over_a_link_what_does_not_fit_is_refused() {
 #[test]
 fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
     let folder = tempfile::tempdir().unwrap();
-    let kinds = [
-        "sine",
-        "pulse",
-        "reversals",
-        "ladder",
-        "prbs",
-        "dahl-ramp",
-        "break-away",
-        "multisine",
-        "moves",
-    ];
-    let steps = kinds.map(|kind| format!("[[experiment]]\nkind = \"{kind}\"\nseconds = 1.5\n"));
-    let plan = format!("[plan]\nrest_s = 0.1\n{}", steps.concat());
-    std::fs::write(folder.path().join("plan.toml"), plan).unwrap();
+    std::fs::write(folder.path().join("plan.toml"), plan()).unwrap();
     let output = over_a_link(
         folder.path(),
         &["plan.toml", "--out", "linked"],
@@ -305,7 +295,7 @@ fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
     assert!(output.status.success(), "{output:?}");
     let logs = |place: &str| {
         (1..)
-            .zip(kinds)
+            .zip(KINDS)
             .map(|(n, kind)| format!("{place}/{n:02}-{kind}.csv"))
             .collect::<Vec<_>>()
     };

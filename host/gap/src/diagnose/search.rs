@@ -181,10 +181,10 @@ pub fn search(
     let mut tried: Vec<(Vec<&'static Entry>, Model, Fit)> = found
         .into_iter()
         .map(|(entry, model, fit)| {
-            let fit = fit.with_own_jacobian(&model, &records, &weights);
-            (vec![entry], model, fit)
+            let fit = fit_at(&model, &records, &weights, fit.at)?;
+            Ok((vec![entry], model, fit))
         })
-        .collect();
+        .collect::<Result<_, InputError>>()?;
     progress(0.7);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
@@ -202,7 +202,7 @@ pub fn search(
                 .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
         }
         fit_near(model, &records, &weights, fit.at.clone(), &known)
-            .map(|fit| fit.with_own_jacobian(model, &records, &weights))
+            .and_then(|fit| fit_at(model, &records, &weights, fit.at))
     };
     let mut fitted = again(&model, &fitted)?;
     tried = tried
@@ -297,7 +297,7 @@ pub fn search(
             .map(|(entry, model, fit)| {
                 let mut added = from.added.clone();
                 added.push(entry);
-                let fit = fit.with_own_jacobian(&model, &records, &weights);
+                let fit = fit_at(&model, &records, &weights, fit.at)?;
                 let both = score(added, model, fit)?;
                 Ok(if of_noise(&from) {
                     both.beside_noise(&from, &base)

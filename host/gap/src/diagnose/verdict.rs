@@ -73,10 +73,10 @@ const ACCUSES: f64 = 12.0;
 /// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
 /// error leaves to it.
 const MATTERS: f64 = 0.3;
-/// Share of the gap that it must explain: an effect that is not there explains as much, by the model's own error.
-const SHARE: f64 = 0.3;
-/// The same as the times for a change of the simulator's own parameters.
+/// The same for a change of the simulator's own parameters.
 const MOVE_MATTERS: f64 = 0.5;
+/// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
+const SHARE: f64 = 0.3;
 /// A second effect must explain this much more of the gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.

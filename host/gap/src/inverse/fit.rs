@@ -71,27 +71,6 @@ pub fn fit_alone(
     Ok(problem.into_fit(DMatrix::zeros(0, 0)))
 }
 
-impl Fit {
-    /// With every column of the Jacobian as it is where the fit stands.
-    pub fn with_own_jacobian(self, model: &Model, records: &[Record], weights: &[f64]) -> Self {
-        let problem = Problem {
-            model,
-            records,
-            weights,
-            at: DVector::from_vec(self.at),
-            left_over: self.left_over,
-            friction_nm: Vec::new(),
-            known: &DMatrix::zeros(0, 0),
-        };
-        Self {
-            jacobian: problem.whole(),
-            at: problem.at.as_slice().to_vec(),
-            left_over: problem.left_over,
-            cost: self.cost,
-        }
-    }
-}
-
 /// What a model leaves over at a point, with its Jacobian there, as if it had been fitted.
 ///
 /// # Errors
@@ -114,7 +93,7 @@ struct Problem<'a> {
     weights: &'a [f64],
     at: DVector<f64>,
     left_over: Vec<f64>,
-    /// Friction of the contact along the motion there, N m; empty where it was not kept.
+    /// Friction of the contact along the motion there, N m.
     friction_nm: Vec<f64>,
     known: &'a DMatrix<f64>,
 }
@@ -237,8 +216,7 @@ impl<'a> Problem<'a> {
             // Held where it is.
             return vec![0.0; self.left_over.len()];
         }
-        let kept = !self.friction_nm.is_empty();
-        let mut rubbing = if kept && self.model.leaves_contact(i) {
+        let mut rubbing = if self.model.leaves_contact(i) {
             Rubbing::Known(&self.friction_nm)
         } else {
             Rubbing::Anew

@@ -111,6 +111,7 @@ impl Coupling {
         load_share: f64,
         stiffness_nm_rad: f64,
         damping_ratio: f64,
+        friction_on_motor: bool,
     ) -> Self {
         let load_share = load_share.clamp(0.01, 0.99);
         let reduced = Self::reduced_kg_m2(inertia_kg_m2, load_share);
@@ -119,7 +120,7 @@ impl Coupling {
             stiffness_nm_rad,
             damping_nm_s_rad: 2.0 * damping_ratio.max(0.0) * (stiffness_nm_rad * reduced).sqrt(),
             gap_rad: 0.0,
-            friction_on_motor: false,
+            friction_on_motor,
         }
     }
 

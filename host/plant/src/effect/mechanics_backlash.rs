@@ -25,12 +25,12 @@ impl Effect for Backlash {
             let stiffness = reduced * (TAU * self.frequency_hz).powi(2);
             Coupling {
                 gap_rad: self.gap_rad,
-                friction_on_motor: self.friction_on_motor,
                 ..Coupling::new(
                     inertia_kg_m2,
                     self.load_share,
                     stiffness,
                     self.damping_ratio,
+                    self.friction_on_motor,
                 )
             }
         })

@@ -20,15 +20,13 @@ impl Effect for Compliance {
     fn coupling(&self, inertia_kg_m2: f64) -> Option<Coupling> {
         (self.compliance_rad_nm > 0.0).then(|| {
             let stiffness = 1.0 / self.compliance_rad_nm;
-            Coupling {
-                friction_on_motor: self.friction_on_motor,
-                ..Coupling::new(
-                    inertia_kg_m2,
-                    self.load_share,
-                    stiffness,
-                    self.damping_ratio,
-                )
-            }
+            Coupling::new(
+                inertia_kg_m2,
+                self.load_share,
+                stiffness,
+                self.damping_ratio,
+                self.friction_on_motor,
+            )
         })
     }
 }
