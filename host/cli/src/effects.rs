@@ -94,6 +94,10 @@ fn role(kind: Kind) -> &'static str {
         Kind::Order => "order",
         Kind::Phase => "phase",
         Kind::Frequency => "frequency",
+        Kind::Onset => "onset",
+        Kind::Event => "event",
+        Kind::Place => "place",
+        Kind::Stop => "stop",
         Kind::Shape => "shape",
         Kind::Form => "form",
         Kind::Seed => "seed",
@@ -157,8 +161,11 @@ record.
 | limit | a bound; zero for none |
 | order | waves a turn, or a metre |
 | phase, frequency | of a wave |
-| shape | times, speeds, exponents, places |
-| form | one of two forms, 0 or 1 |
+| onset | moment from which something is different |
+| event, place | moment or place of a sudden change |
+| stop | place near an end of the travel |
+| shape | times, speeds, exponents |
+| form | one of two forms: the lowest or the highest value |
 | seed | of random numbers |
 
 Usual ranges are priors, not limits; they follow from the size of the axis, here `axes/bench.toml` and `axes/emps.toml`

@@ -41,10 +41,12 @@ fn clean_axes_raise_nothing() {
 }
 
 /// What an effect truly does to a log, and the finding that names it.
-const TRUE: [(&str, Code); 4] = [
+const TRUE: [(&str, Code); 5] = [
     ("sensor.delay", Code::TimingSkew),
-    // Effort that acts late and effort that was recorded early are the same log.
+    // Effort that acts late and effort that was recorded early are the same log; so is one that lags by a time constant,
+    // where nothing is faster than that.
     ("actuator.delay", Code::TimingSkew),
+    ("actuator.lag", Code::TimingSkew),
     ("sensor.lost_counts", Code::PositionJump),
     ("mechanics.end_stop", Code::StuckEncoder),
 ];

@@ -1,50 +1,19 @@
-//! An effect as a hypothesis: the simulator with the effect added, and where in its parameters a fit should start.
+//! An effect as a hypothesis: the simulator with the effect added.
 //!
 //! Screening is cheap: the change that the effect makes to the rest, less what the simulator's own parameters can do as
 //! well, is laid against the rest. Only the best starts are then fitted.
 
 use super::regime::Node;
-use super::spectrum;
 use crate::error::InputError;
 use crate::inverse::{Added, Fit, Free, Model, Own, Owner, Record, Rubbing, fit_near};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
-/// A size that is never zero is tried at so many values over its range.
-const SIZES: usize = 4;
-/// A shape at so many.
-const SHAPES: usize = 3;
-/// A limit at so many: it shows only where it cuts.
-const LIMITS: usize = 8;
-/// Starts of an effect with several shape parameters are cut to so many.
-const MOST_STARTS: usize = 45;
-/// A size that is never zero is not in proportion to its change far from where it was tried.
-const IN_PROPORTION: f64 = 3.0;
-/// A gain as tried is preferred to one in proportion if it is this part of it.
-const CERTAIN: f64 = 0.5;
-/// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
-const LEAST_WAVES: f64 = 2.0;
-/// Moments from which something may be different for good; a fit cannot move them.
-const STARTS_OF_CHANGE: usize = 16;
-/// The parameter that is such a moment.
-const CHANGES_FOR_GOOD: &str = "start_s";
 /// Effects with bristles of their own.
 const IN_SERIES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
 /// Beside them the simulator's bristles start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
-/// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
-/// what that promises.
-const PROMISES: f64 = 0.25;
-/// The parameter that is the place of a stop.
-const STOPS: &str = "position_rad";
-/// A stop lies inside the travel by these parts of it: what it gives way by.
-const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
-/// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
-const HALVINGS: usize = 6;
-/// Moments or places of a sudden change that are tried.
-const MOMENTS: usize = 5;
 
 /// A place to start a fit from, and how much of the weighted rest it should take away.
 #[derive(Clone, Debug)]
@@ -109,11 +78,11 @@ impl<'a> Background<'a> {
     }
 
     /// The weighted rest.
-    fn rest(&self) -> DVector<f64> {
+    pub(super) fn rest(&self) -> DVector<f64> {
         self.weighted(&self.fit.left_over)
     }
 
-    fn weighted(&self, values: &[f64]) -> DVector<f64> {
+    pub(super) fn weighted(&self, values: &[f64]) -> DVector<f64> {
         DVector::from_iterator(
             values.len(),
             values.iter().zip(self.weights).map(|(x, w)| x * w),
@@ -132,7 +101,7 @@ impl<'a> Background<'a> {
     }
 
     /// Change of the weighted rest that an effect makes.
-    fn change(&self, entry: &'static Entry, values: &[f64]) -> Option<DVector<f64>> {
+    pub(super) fn change(&self, entry: &'static Entry, values: &[f64]) -> Option<DVector<f64>> {
         let mut model = self.model.clone();
         model.effects.push(Added {
             entry,
@@ -149,333 +118,6 @@ impl<'a> Background<'a> {
             .collect();
         let weighted = self.weighted(&change);
         weighted.iter().all(|x| x.is_finite()).then_some(weighted)
-    }
-
-    /// The best starts of an effect, best first.
-    pub fn starts(&self, entry: &'static Entry) -> Vec<Start> {
-        let place = |kind: Kind| entry.parameters.iter().position(|p| p.kind == kind);
-        let phase = place(Kind::Phase);
-        let mut starts = match (place(Kind::Order), place(Kind::Frequency), phase) {
-            (Some(order), _, Some(phase)) => self.waves(entry, order, phase, false),
-            (_, Some(frequency), Some(phase)) => self.waves(entry, frequency, phase, true),
-            _ => Vec::new(),
-        };
-        let mut grid = self.grid(entry);
-        if !starts.is_empty() {
-            // What has a wave has been tried with it; here are the sizes beside.
-            let waved = phase.and_then(|phase| size_of_wave(entry, phase));
-            grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
-        }
-        let of_grid: Vec<Start> = grid
-            .into_par_iter()
-            .filter_map(|values| {
-                phase
-                    .and_then(|phase| self.with_phase(entry, values.clone(), phase))
-                    .or_else(|| self.scaled(entry, values))
-            })
-            .collect();
-        starts.extend(of_grid);
-        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        if let Some(best) = starts.first_mut() {
-            for (place, parameter) in entry.parameters.iter().enumerate() {
-                if let Some(reach) = self.between_moments(parameter.name) {
-                    self.settle(entry, best, place, reach);
-                }
-            }
-        }
-        starts
-    }
-
-    /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
-    fn between_moments(&self, name: &str) -> Option<f64> {
-        let node_s = self.records.iter().fold(0.0, |longest: f64, record| {
-            longest.max(record.kernel.length as f64 * record.step_s)
-        });
-        match name {
-            CHANGES_FOR_GOOD => Some(0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64),
-            "event_s" => Some(node_s),
-            "place_rad" => Some(node_s * self.scale.top_speed_rad_s),
-            STOPS => Some(0.02 * (self.scale.highest_rad - self.scale.lowest_rad)),
-            _ => None,
-        }
-    }
-
-    /// Moves the moment or place of a sudden change to where it fits best.
-    fn settle(&self, entry: &'static Entry, best: &mut Start, moment: usize, mut reach: f64) {
-        for _ in 0..HALVINGS {
-            let beside = [-reach, reach].into_par_iter().filter_map(|by| {
-                let mut values = best.values.clone();
-                values[moment] += by;
-                self.scaled(entry, values)
-            });
-            let found: Vec<Start> = beside.collect();
-            if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-                && better.gain > best.gain
-            {
-                *best = better;
-            }
-            reach *= 0.5;
-        }
-    }
-
-    /// Values over the usual range: one size at a time, every combination of a few shapes.
-    fn grid(&self, entry: &'static Entry) -> Vec<Vec<f64>> {
-        let parameters = entry.parameters;
-        let range = |i: usize| (parameters[i].range)(self.scale);
-        let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);
-        let mut none: Vec<f64> = parameters.iter().map(|p| p.default).collect();
-        for size in of(Kind::Size) {
-            none[size] = 0.0;
-        }
-        let mut grid: Vec<Vec<f64>> = of(Kind::Size)
-            .flat_map(|size| {
-                let [low, high] = range(size);
-                let most = if high.abs() >= low.abs() { high } else { low };
-                let sizes: Vec<f64> = if low > 0.0 {
-                    std::iter::once(low)
-                        .chain(levels([low, high], SIZES))
-                        .collect()
-                } else {
-                    vec![0.15 * most, 0.6 * most]
-                };
-                let none = &none;
-                sizes.into_iter().map(move |x| {
-                    let mut values = none.clone();
-                    values[size] = x;
-                    values
-                })
-            })
-            .collect();
-        if grid.is_empty() {
-            grid.push(none);
-        }
-        let shapes: Vec<usize> = of(Kind::Form)
-            .chain(of(Kind::Limit))
-            .chain(of(Kind::Shape))
-            .collect();
-        for shape in shapes {
-            let [low, high] = range(shape);
-            let tried: Vec<f64> = match parameters[shape].kind {
-                Kind::Form => vec![low, high],
-                Kind::Limit => levels([low, high], LIMITS).collect(),
-                _ => self
-                    .moments(parameters[shape].name)
-                    .unwrap_or_else(|| levels([low, high], SHAPES).collect()),
-            };
-            if grid.len() * tried.len() > MOST_STARTS * 2 || high <= low {
-                continue;
-            }
-            grid = grid
-                .iter()
-                .flat_map(|values| {
-                    tried.iter().map(move |&x| {
-                        let mut values = values.clone();
-                        values[shape] = x;
-                        values
-                    })
-                })
-                .collect();
-        }
-        grid
-    }
-
-    /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where the rest is largest.
-    fn moments(&self, name: &str) -> Option<Vec<f64>> {
-        if name == CHANGES_FOR_GOOD {
-            return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
-        }
-        if name == STOPS {
-            let (low, high) = (self.scale.lowest_rad, self.scale.highest_rad);
-            let inside = |part: &f64| [low + part * (high - low), high - part * (high - low)];
-            return Some(INSIDE.iter().flat_map(inside).collect());
-        }
-        let of = |node: &Node| {
-            let record = &self.records[node.record];
-            let stretch = &record.stretches[node.stretch];
-            match name {
-                "event_s" => Some(stretch.start_s + node.sample as f64 * record.step_s),
-                "place_rad" => Some(match self.scale.unit {
-                    Unit::Rotary => {
-                        let turn = std::f64::consts::TAU;
-                        let q = stretch.smooth_rad[node.sample];
-                        q - turn * (q / turn).round()
-                    }
-                    Unit::Linear => stretch.smooth_rad[node.sample],
-                }),
-                _ => None,
-            }
-        };
-        let mut largest: Vec<usize> = (0..self.nodes.len()).collect();
-        let size = |&i: &usize| (self.fit.left_over[i] * self.weights[i]).abs();
-        largest.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        let mut found: Vec<f64> = Vec::new();
-        for i in largest.into_iter().take(10 * MOMENTS) {
-            let at = of(&self.nodes[i])?;
-            if found.iter().all(|other| (other - at).abs() > 0.02) {
-                found.push(at);
-            }
-        }
-        found.truncate(MOMENTS);
-        Some(found)
-    }
-
-    /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
-    fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>) -> Option<Start> {
-        let change = self.beyond(&self.change(entry, &values)?);
-        let slope = change.dot(&self.rest());
-        let square = change.norm_squared();
-        if square < 1e-9 {
-            return None;
-        }
-        let size =
-            (0..values.len()).find(|&i| entry.parameters[i].kind == Kind::Size && values[i] != 0.0);
-        let gain = |factor: f64| -factor * (2.0 * slope + factor * square);
-        let (mut factor, mut promised) = (1.0, f64::NEG_INFINITY);
-        if let Some(size) = size {
-            let usual = (entry.parameters[size].range)(self.scale);
-            if usual[0] > 0.0 && values[size] <= usual[0] && slope < 0.0 {
-                promised = PROMISES * slope * slope / square;
-            }
-            let range = hard_range(usual);
-            let mut best = -slope / square;
-            if usual[0] > 0.0 {
-                best = best.clamp(1.0 / IN_PROPORTION, IN_PROPORTION);
-            }
-            let scaled = (best * values[size]).clamp(range[0], range[1]);
-            // As it was tried is certain; in proportion is a guess.
-            if usual[0] <= 0.0 || gain(1.0) < CERTAIN * gain(scaled / values[size]) {
-                factor = scaled / values[size];
-                values[size] = scaled;
-            }
-        }
-        Some(Start {
-            values,
-            phases: Vec::new(),
-            gain: gain(factor).max(promised),
-        })
-    }
-
-    /// The effect with the phase and size that fit best, both at once.
-    fn with_phase(
-        &self,
-        entry: &'static Entry,
-        mut values: Vec<f64>,
-        phase: usize,
-    ) -> Option<Start> {
-        let size = entry
-            .parameters
-            .iter()
-            .enumerate()
-            .position(|(i, p)| p.kind == Kind::Size && values[i] != 0.0)?;
-        let at = |angle: f64| {
-            let mut values = values.clone();
-            values[phase] = angle;
-            self.change(entry, &values)
-                .map(|change| self.beyond(&change))
-        };
-        let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
-        let (a, b, gain) = spectrum::two_columns(&sine, &cosine, &self.rest())?;
-        values[size] *= a.hypot(b);
-        values[phase] = b.atan2(a);
-        let range = hard_range((entry.parameters[size].range)(self.scale));
-        values[size] = values[size].clamp(range[0], range[1]);
-        Some(Start {
-            values,
-            phases: Vec::new(),
-            gain,
-        })
-    }
-
-    /// Waves over angle or time: the whole spectrum at once, then the best lines one by one.
-    fn waves(&self, entry: &'static Entry, line: usize, phase: usize, in_time: bool) -> Vec<Start> {
-        let Some(size) = size_of_wave(entry, phase) else {
-            return Vec::new();
-        };
-        let [mut low, high] = (entry.parameters[line].range)(self.scale);
-        if !in_time && self.scale.unit == Unit::Linear {
-            low = low.max(LEAST_WAVES / (self.scale.highest_rad - self.scale.lowest_rad).max(1e-9));
-        }
-        let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
-        let usual = (entry.parameters[size].range)(self.scale);
-        values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
-        values[line] = 0.0;
-        values[phase] = std::f64::consts::FRAC_PI_2;
-        let still = if entry.block() == "sensor" {
-            // A wave of the sensor shows through acceleration: with the square of speed.
-            Some(self.weighted(&self.squared_speeds()))
-        } else {
-            self.change(entry, &values)
-        };
-        let Some(still) = still else {
-            return Vec::new();
-        };
-        let lines = if in_time {
-            spectrum::in_time(self, &still, [low, high])
-        } else {
-            spectrum::in_angle(self, &still, [low, high])
-        };
-        lines
-            .into_iter()
-            .filter_map(|found| {
-                let mut values = values.clone();
-                values[line] = found;
-                if in_time {
-                    return self.with_phases(entry, values, size, phase);
-                }
-                self.with_phase(entry, values, phase)
-            })
-            .collect()
-    }
-
-    fn squared_speeds(&self) -> Vec<f64> {
-        self.nodes
-            .iter()
-            .map(|node| {
-                let stretch = &self.records[node.record].stretches[node.stretch];
-                stretch.velocity_rad_s[node.sample].powi(2)
-            })
-            .collect()
-    }
-
-    /// A wave over time with a phase of its own on each record; the size is the mean over records.
-    fn with_phases(
-        &self,
-        entry: &'static Entry,
-        mut values: Vec<f64>,
-        size: usize,
-        phase: usize,
-    ) -> Option<Start> {
-        let at = |angle: f64| {
-            let mut values = values.clone();
-            values[phase] = angle;
-            self.change(entry, &values)
-        };
-        let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
-        let rest = self.rest();
-        let (mut sizes, mut phases, mut gain) = (0.0, Vec::new(), 0.0);
-        for place in 0..self.records.len() {
-            let of = |x: &DVector<f64>| {
-                let only = DVector::from_iterator(
-                    x.len(),
-                    x.iter().zip(self.nodes).map(
-                        |(x, node)| {
-                            if node.record == place { *x } else { 0.0 }
-                        },
-                    ),
-                );
-                self.beyond(&only)
-            };
-            let (a, b, part) = spectrum::two_columns(&of(&sine), &of(&cosine), &rest)?;
-            sizes += a.hypot(b);
-            phases.push(b.atan2(a));
-            gain += part;
-        }
-        values[size] *= sizes / self.records.len() as f64;
-        Some(Start {
-            values,
-            phases,
-            gain,
-        })
     }
 
     /// The model with an effect added, free about a start.
@@ -530,17 +172,18 @@ impl<'a> Background<'a> {
                         .free
                         .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]))
                 }
-                Kind::Shape | Kind::Limit if logarithmic => {
+                Kind::Form | Kind::Seed => {}
+                _ if logarithmic => {
                     let mut free = Free::about(owner, name, value, 0.25 * (high / low).ln(), hard);
                     free.center = 0.5 * (low.ln() + high.ln());
                     model.free.push(free);
                 }
-                Kind::Shape | Kind::Limit if high > low => {
+                _ if high > low => {
                     let mut free = Free::linear(owner, name, value, 0.4 * (high - low), hard);
                     free.center = 0.5 * (low + high);
                     model.free.push(free);
                 }
-                Kind::Shape | Kind::Limit | Kind::Form | Kind::Seed => {}
+                _ => {}
             }
         }
         model
@@ -586,26 +229,8 @@ pub(super) fn cuts(entry: &Entry) -> bool {
     entry.parameters.iter().any(|p| p.kind == Kind::Limit)
 }
 
-/// The size that a wave's order and phase belong to: the last one before its phase.
-fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
-    entry.parameters[..phase]
-        .iter()
-        .rposition(|p| p.kind == Kind::Size)
-}
-
 /// A usual range, widened to what is still physical: three times as far, on the same side of zero.
-fn hard_range([low, high]: [f64; 2]) -> [f64; 2] {
+pub(super) fn hard_range([low, high]: [f64; 2]) -> [f64; 2] {
     let widen = |x: f64, inner: bool| if inner { x / 3.0 } else { 3.0 * x };
     [widen(low, low > 0.0), widen(high, high < 0.0)]
-}
-
-fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |i| {
-        let part = (i as f64 + 0.5) / count as f64;
-        if low > 0.0 {
-            low * (high / low).powf(part)
-        } else {
-            low + (high - low) * part
-        }
-    })
 }

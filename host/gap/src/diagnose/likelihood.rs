@@ -2,6 +2,8 @@
 
 use super::regime::{Node, Regime};
 use crate::inverse::Record;
+use crate::signal::rms;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The noise of a record in a regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -99,7 +101,7 @@ impl Noise {
                     .min(0.5 * coulomb_nm),
             ),
         };
-        Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
+        Self::with_open(records, nodes, left_over, inertia_kg_m2, 0.0, open)
     }
 
     /// The same where it is known what the model leaves over on records of its own. `holds_nm` is what the model itself
@@ -113,14 +115,8 @@ impl Noise {
         holds_nm: f64,
         own: &Own,
     ) -> Self {
-        let open = |place, regime, white_nm: f64| {
-            let own = own.rms_nm(place, regime).max(white_nm);
-            match regime {
-                Regime::Sliding => own,
-                _ => own.max(holds_nm),
-            }
-        };
-        Self::with_open(records, nodes, left_over, inertia_kg_m2, open)
+        let open = |place, regime, white_nm: f64| own.rms_nm(place, regime).max(white_nm);
+        Self::with_open(records, nodes, left_over, inertia_kg_m2, holds_nm, open)
     }
 
     /// `open` is told record, regime and white noise, and gives what is open of the torque.
@@ -129,6 +125,7 @@ impl Noise {
         nodes: &[Node],
         left_over: &[f64],
         inertia_kg_m2: f64,
+        holds_nm: f64,
         open: impl Fn(usize, Regime, f64) -> f64,
     ) -> Self {
         let mut groups = vec![[Group::default(); 3]; records.len()];
@@ -155,17 +152,24 @@ impl Noise {
                     })
                     .map(|(at, (_, &r))| (at, r))
                     .collect();
-                let closed = record.noise_nm(inertia_kg_m2);
+                let speeds = members
+                    .iter()
+                    .map(|&(at, _)| nodes[at].velocity_rad_s(records));
+                let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
                 let white = difference_noise(&members).max(coloured);
                 let robust = robust_rms(&members);
-                let open_nm = open(place, regime, closed.max(white));
+                let held_nm = match regime {
+                    Regime::Sliding => 0.0,
+                    _ => holds_nm,
+                };
+                let open_nm = open(place, regime, closed.max(white)).max(held_nm);
                 let floor_nm = open_nm.min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
                     independent: members.len() as f64 / correlation(&members, regime),
                     floor_nm,
                     open_nm,
-                    spread_nm: robust.max(closed),
+                    spread_nm: robust.max(closed).max(held_nm),
                     discrepancy_nm: 0.0,
                 };
             }
@@ -299,7 +303,7 @@ fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> f64 {
                 .filter(|three| three[2 * apart].0 == three[0].0 + 2 * apart)
                 .map(|three| three[0].1 - 2.0 * three[apart].1 + three[2 * apart].1)
                 .fold((0.0, 0), |(sum, count), d| (sum + d * d, count + 1));
-            (2 * count > block).then(|| sum / count as f64 / 6.0)
+            (2 * count > block).then(|| sum / count as f64 / 6.0 / quiet_one(count, apart))
         })
         .collect();
     if blocks.len() < FEWEST_BLOCKS {
@@ -310,6 +314,14 @@ fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> f64 {
         .select_nth_unstable_by(quiet, f64::total_cmp)
         .1
         .sqrt()
+}
+
+/// What the mean of so many squares of second differences of normal noise is in a quiet block, as a share of its variance.
+/// Those within `apart` nodes say the same, and the next ones share two of three values: their correlations of -2/3 and
+/// 1/6 leave the freedom of 0.52 of them.
+fn quiet_one(count: usize, apart: usize) -> f64 {
+    let freedom = 0.52 * count as f64 / apart as f64;
+    ChiSquared::new(freedom).map_or(1.0, |squares| squares.inverse_cdf(QUIET) / freedom)
 }
 
 /// Root-mean-square without the largest hundredth.

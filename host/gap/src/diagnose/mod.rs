@@ -17,6 +17,7 @@ mod search;
 mod signature;
 mod sound;
 mod spectrum;
+mod starts;
 mod verdict;
 mod words;
 

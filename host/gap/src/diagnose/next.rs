@@ -14,6 +14,7 @@ use crate::error::InputError;
 use crate::experiments::Named;
 use crate::inverse::{Model, Record, fit};
 use crate::plan::{Plan, Step, travel_limit_rad};
+use crate::signal::rms;
 use crate::simulate::{Input, simulate};
 use rayon::prelude::*;
 use std::path::Path;
@@ -154,13 +155,14 @@ fn separation(
     if travel > travel_limit_rad(&plain) || speed > plain.speed_limit_rad_s {
         return Ok(None);
     }
+    let rms_rad_s = rms(simulated.velocity_rad_s.iter().copied());
     let log = simulated.log(real.unit, path);
     let mut record = Record::new(&log, &real_file, &real, &[])?;
     let seen = &outcome.search.records;
     record.effort_noise_nm = seen.iter().fold(record.effort_noise_nm, |most, r| {
         most.max(r.effort_noise_nm)
     });
-    let noise_nm = record.noise_nm(real.whole_inertia_kg_m2());
+    let noise_nm = record.noise_nm(real.whole_inertia_kg_m2(), rms_rad_s);
     let records = [record];
     let weights = vec![INDEPENDENT.sqrt() / noise_nm; records[0].nodes()];
     let own = after(true_one);

@@ -44,6 +44,13 @@ pub struct Node {
     pub fold: usize,
 }
 
+impl Node {
+    /// Velocity at its middle, rad/s.
+    pub fn velocity_rad_s(&self, records: &[Record]) -> f64 {
+        records[self.record].stretches[self.stretch].velocity_rad_s[self.sample]
+    }
+}
+
 /// Parts that the data are left out in.
 pub const FOLDS: usize = 5;
 /// Shortest stretch that is left out as a whole: far longer than anything but drift remembers, s.

@@ -115,7 +115,7 @@ fn explains(
             continue;
         }
         let record = &records[node.record];
-        let v = record.stretches[node.stretch].velocity_rad_s[node.sample];
+        let v = node.velocity_rad_s(records);
         let per = inertia_kg_m2 / record.step_s.powi(2) * record.kernel.of_second_difference();
         let excess = per * per * extra(record, v) / record.averaged as f64;
         let group = noise.group(node);

@@ -76,7 +76,7 @@ const MATTERS: f64 = 0.3;
 /// The same for a change of the simulator's own parameters.
 const MOVE_MATTERS: f64 = 0.5;
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
-const SHARE: f64 = 0.3;
+const SHARE: f64 = 0.25;
 /// A second effect must explain this much more of the gap: less is what a model's own error leaves to it.
 const SECOND: f64 = 0.12;
 /// Of several effects each must explain this much of the gap alone.
@@ -90,9 +90,9 @@ const UNKNOWN: f64 = 1.5;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
 const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
-const EFFECT_IS: (f64, f64) = (0.4, 2.4);
+const EFFECT_IS: (f64, f64) = (1.2, 2.5);
 /// The same of the answers that have no such measure.
-const EFFECTS_ARE: f64 = 0.5;
+const EFFECTS_ARE: f64 = 0.6;
 const NONE_IS: f64 = 0.9;
 const PARAMETERS_ARE: f64 = 0.5;
 const NOISE_IS: f64 = 0.85;

@@ -35,8 +35,40 @@ pub struct Running {
     pub times: f64,
 }
 
+/// A contact that gives its friction half-way through a step in place of at its end. A record's steps are long: at
+/// break-away the bristles bend within few of them, and friction that is late by half a step looks like a coupling that
+/// is not there.
+struct HalfWay(Box<dyn Contact>);
+
+impl Contact for HalfWay {
+    fn step(&mut self, motion: ContactMotion<f64>) -> f64 {
+        let half = ContactMotion {
+            dt_s: 0.5 * motion.dt_s,
+            ..motion
+        };
+        let friction_nm = self.0.step(half);
+        self.0.step(half);
+        friction_nm
+    }
+
+    fn deflection_rad(&self) -> f64 {
+        self.0.deflection_rad()
+    }
+
+    fn holds_at_rest(&self) -> bool {
+        self.0.holds_at_rest()
+    }
+
+    fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
+        self.0.steady_state_nm(velocity_rad_s)
+    }
+}
+
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
 pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
+
+/// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
+const JUMPS: f64 = 2.0;
 
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
@@ -100,12 +132,20 @@ pub fn left_over(
             dt_s: step_s,
         });
     }
+    let mut contact = HalfWay(contact);
     let holds = contact.holds_at_rest();
     let rest_rad_s = record.rest_velocity_rad_s();
     let later = Later::new(running.skew_samples);
     let mut balance = Vec::with_capacity(intervals);
+    let fastest_rad_s = fastest(stretch);
+    let mut before_rad_s = 0.0;
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
+        // A jump of the encoder bends no bristles.
+        if v.abs() > JUMPS * fastest_rad_s && stretch.excluded[k..k + 2].contains(&true) {
+            v = before_rad_s;
+        }
+        before_rad_s = v;
         if holds && v.abs() < rest_rad_s {
             v = 0.0;
         }
@@ -163,11 +203,11 @@ pub fn left_over(
             changed(&mut running.effects, &now, own_nm)
         } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
             load.advance(&now, |now, applied_nm| {
-                rub(contact.as_mut(), &mut running.effects, now, applied_nm)
+                rub(&mut contact, &mut running.effects, now, applied_nm)
             })
         } else {
             rub(
-                contact.as_mut(),
+                &mut contact,
                 &mut running.effects,
                 &now,
                 torque - inertia * acceleration,
@@ -183,6 +223,14 @@ pub fn left_over(
         })
         .collect();
     record.kernel.apply(&mut nodes, out);
+}
+
+/// Highest speed where nothing is excluded, rad/s.
+fn fastest(stretch: &Stretch) -> f64 {
+    let pairs = stretch.velocity_rad_s.iter().zip(&stretch.excluded);
+    pairs
+        .filter(|(_, excluded)| !**excluded)
+        .fold(0.0, |most, (v, _)| v.abs().max(most))
 }
 
 /// Where the sensor would have to be for its effects to show what was recorded.

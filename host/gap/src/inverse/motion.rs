@@ -38,7 +38,8 @@ pub fn position_noise_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     quantisation.max(median / 0.6745 / 20.0_f64.sqrt())
 }
 
-/// Smooths a position sampled every `step_s`, whose noise is `noise_rad` rms.
+/// Smooths a position sampled every `step_s`, whose noise is `noise_rad` rms. Between two samples the smoothed motion is
+/// even: what the narrowest window says is how far the position itself went.
 pub fn smooth(position_rad: &[f64], step_s: f64, noise_rad: f64) -> Smoothed {
     let samples = position_rad.len();
     if samples < 3 {
@@ -47,28 +48,26 @@ pub fn smooth(position_rad: &[f64], step_s: f64, noise_rad: f64) -> Smoothed {
             velocity_rad_s: vec![0.0; samples],
         };
     }
-    let longest = ((LONGEST_S / step_s) as usize).clamp(2, (samples - 1) / 2);
-    let mut halves = vec![1];
-    while let Some(&last) = halves.last()
+    let longest = ((LONGEST_S / step_s) as usize).clamp(2, samples / 2);
+    let mut pairs = vec![1];
+    while let Some(&last) = pairs.last()
         && last < longest
     {
-        halves.push((last + last.div_ceil(2)).min(longest));
+        pairs.push((last + last.div_ceil(2)).min(longest));
     }
-    let raw: Vec<f64> = (0..samples)
-        .map(|k| velocity(position_rad, k, &halves, step_s, noise_rad))
+    let between: Vec<f64> = (1..samples)
+        .map(|k| velocity(position_rad, k, &pairs, step_s, noise_rad))
         .collect();
     let velocity_rad_s: Vec<f64> = (0..samples)
         .map(|k| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(samples - 1));
-            0.25 * raw[before] + 0.5 * raw[k] + 0.25 * raw[after]
+            let (before, after) = (k.saturating_sub(1), k.min(samples - 2));
+            0.5 * (between[before] + between[after])
         })
         .collect();
-    let mut integral = Vec::with_capacity(samples);
+    let mut integral = vec![0.0];
     let mut q = 0.0;
-    for k in 0..samples {
-        if k > 0 {
-            q += 0.5 * step_s * (velocity_rad_s[k - 1] + velocity_rad_s[k]);
-        }
+    for v in between {
+        q += step_s * v;
         integral.push(q);
     }
     let apart: Vec<f64> = position_rad
@@ -83,19 +82,17 @@ pub fn smooth(position_rad: &[f64], step_s: f64, noise_rad: f64) -> Smoothed {
     }
 }
 
-/// Slope of the parabola through the window that the intervals agree on.
-fn velocity(q: &[f64], k: usize, halves: &[usize], step_s: f64, noise_rad: f64) -> f64 {
-    let room = k.min(q.len() - 1 - k);
-    if room == 0 {
-        let k = k.clamp(1, q.len() - 2);
-        return (q[k + 1] - q[k - 1]) / (2.0 * step_s);
-    }
+/// Slope of the parabola through the window about the middle between samples `k - 1` and `k` that the intervals agree on;
+/// a window has so many pairs of samples.
+fn velocity(q: &[f64], k: usize, pairs: &[usize], step_s: f64, noise_rad: f64) -> f64 {
+    let room = k.min(q.len() - k);
     let (mut low, mut high, mut chosen) = (f64::NEG_INFINITY, f64::INFINITY, 0.0);
-    for &half in halves.iter().take_while(|&&half| half <= room) {
+    for &pairs in pairs.iter().take_while(|&&pairs| pairs <= room) {
         let (mut sum, mut squares) = (0.0, 0.0);
-        for j in 1..=half {
-            sum += j as f64 * (q[k + j] - q[k - j]);
-            squares += (j * j) as f64;
+        for pair in 0..pairs {
+            let apart = pair as f64 + 0.5;
+            sum += apart * (q[k + pair] - q[k - 1 - pair]);
+            squares += apart * apart;
         }
         let slope = sum / (2.0 * squares * step_s);
         let spread = WIDTH * noise_rad / ((2.0 * squares).sqrt() * step_s);

@@ -7,7 +7,7 @@ use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
-use crate::signal::{interpolate, means};
+use crate::signal::{interpolate, means, rms};
 use bristle_plant::drive::DriveConfig;
 use std::ops::Range;
 
@@ -121,9 +121,11 @@ impl Record {
             ));
         }
         let effort_noise_nm = effort_noise_nm(&stretches);
+        let speed_rad_s = rms(stretches.iter().flat_map(|s| &s.velocity_rad_s).copied());
+        let moving_rad = sensor.jitter_s * speed_rad_s / (averaged as f64).sqrt();
         let kernel = kernel(
             step_s,
-            believed.whole_inertia_kg_m2() * noise_rad,
+            believed.whole_inertia_kg_m2() * noise_rad.hypot(moving_rad),
             effort_noise_nm,
             believed.coulomb_nm,
         );
@@ -190,9 +192,11 @@ impl Record {
         self.rad_per_count / REST_S
     }
 
-    /// Noise of a node from encoder and effort alone, N m rms, at an inertia.
-    pub fn noise_nm(&self, inertia_kg_m2: f64) -> f64 {
-        let motion = inertia_kg_m2 * self.position_noise_rad / self.step_s.powi(2)
+    /// Noise of a node from encoder, its clock and effort alone, N m rms, at an inertia and a speed.
+    pub fn noise_nm(&self, inertia_kg_m2: f64, speed_rad_s: f64) -> f64 {
+        let moving_rad = self.sensor.jitter_s * speed_rad_s / (self.averaged as f64).sqrt();
+        let motion = inertia_kg_m2 * self.position_noise_rad.hypot(moving_rad)
+            / self.step_s.powi(2)
             * self.kernel.of_second_difference();
         (self.effort_noise_nm * self.kernel.of_effort()).hypot(motion)
     }

@@ -81,7 +81,8 @@ impl Draft {
                 Kind::Form => dice.of(&[low, high]),
                 Kind::Seed => dice.below(1 << 20) as f64,
                 Kind::Shape if low > 0.0 => dice.decades(low, high),
-                Kind::Shape => dice.between(low, high),
+                // Onset, event and stop are laid where the records are.
+                _ => dice.between(low, high),
             })
             .collect();
         let mut draft = Self {

@@ -40,10 +40,10 @@ pub(super) const ENTRY: Entry = Entry {
             let soft = 100.0 * scale.top_torque_nm / scale.stroke_rad();
             [soft, 1000.0 * soft]
         }),
-        Parameter::new(["position_rad", "position_m"], Kind::Shape, |scale| {
+        Parameter::new(["position_rad", "position_m"], Kind::Stop, |scale| {
             [scale.lowest_rad, scale.highest_rad]
         }),
-        Parameter::same("side", Kind::Shape, |_| [-1.0, 1.0]).or(1.0),
+        Parameter::same("side", Kind::Form, |_| [-1.0, 1.0]).or(1.0),
         Parameter::same("damping_s", Kind::Shape, |_| [1e-5, 1e-2]).or(1e-4),
     ],
     build: |values, _| {

@@ -44,7 +44,7 @@ pub(super) const ENTRY: Entry = Entry {
     model: "J (1 + share (t >= t_0) + A sin(n q + p)) a + J A n cos(n q + p) v^2/2",
     parameters: &[
         Parameter::same("share", Kind::Size, |_| [0.0, 1.0]),
-        Parameter::same("start_s", Kind::Shape, |scale| [0.0, scale.duration_s]),
+        Parameter::same("start_s", Kind::Onset, |scale| [0.0, scale.duration_s]),
         Parameter::same("amplitude_share", Kind::Size, |_| [0.0, 0.5]),
         Parameter::ORDER,
         Parameter::PHASE,

@@ -62,12 +62,30 @@ pub enum Kind {
     Phase,
     /// Frequency of a wave, Hz.
     Frequency,
-    /// Anything else: times, speeds, exponents, places.
+    /// Moment from which something is different for good.
+    Onset,
+    /// Moment of a sudden change.
+    Event,
+    /// Place of a sudden change: an angle within the turn, or along a linear axis.
+    Place,
+    /// Place beyond which something is in the way, near an end of the travel.
+    Stop,
+    /// Anything else: times, speeds, exponents.
     Shape,
-    /// One of two forms, 0 or 1.
+    /// One of two forms: its lowest or its highest value.
     Form,
     /// Where random numbers start: nothing to search for.
     Seed,
+}
+
+impl Kind {
+    /// Whether it is a number that shapes the effect and has no scale of its own: anything but how much, waves, forms.
+    pub const fn is_shape(self) -> bool {
+        matches!(
+            self,
+            Self::Onset | Self::Event | Self::Place | Self::Stop | Self::Shape
+        )
+    }
 }
 
 /// A parameter of an effect.

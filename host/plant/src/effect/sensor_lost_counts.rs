@@ -42,14 +42,14 @@ pub(super) const ENTRY: Entry = Entry {
         Parameter::new(["lost_rad", "lost_m"], Kind::Size, |scale| {
             [scale.rad_per_count, 100.0 * scale.rad_per_count]
         }),
-        Parameter::new(["place_rad", "place_m"], Kind::Shape, |scale| {
+        Parameter::new(["place_rad", "place_m"], Kind::Place, |scale| {
             scale.either([-PI, PI], [scale.lowest_rad, scale.highest_rad])
         }),
         Parameter::new(["event_rad", "event_m"], Kind::Size, |scale| {
             let most = 100.0 * scale.rad_per_count;
             [-most, most]
         }),
-        Parameter::same("event_s", Kind::Shape, |scale| [0.0, scale.duration_s]),
+        Parameter::same("event_s", Kind::Event, |scale| [0.0, scale.duration_s]),
     ],
     build: |values, unit| {
         Box::new(LostCounts {
