@@ -18,6 +18,16 @@ pub struct Cost {
 }
 
 impl Cost {
+    /// Adds a run.
+    pub fn count(&mut self, instructions: u64, cycles: u64) {
+        self.runs += 1;
+        self.instructions += instructions;
+        self.cycles += cycles;
+        self.most_instructions = self.most_instructions.max(instructions);
+        self.most_cycles = self.most_cycles.max(cycles);
+        self.last_instructions = instructions;
+    }
+
     /// Adds the runs of another.
     pub fn add(&mut self, other: Self) {
         self.runs += other.runs;

@@ -87,6 +87,10 @@ pub struct Machine {
     uc: Unicorn<'static, Core>,
     running: Vec<Running>,
     costs: Vec<Cost>,
+    /// Of each exception together with the one that ended before it.
+    chained: Vec<Cost>,
+    /// Instructions and cycles of the one that ended last.
+    ended: [u64; 2],
     sleeping: Option<u16>,
 }
 
@@ -128,6 +132,8 @@ impl Machine {
             uc,
             running: Vec::new(),
             costs: vec![Cost::default(); COUNT],
+            chained: vec![Cost::default(); COUNT],
+            ended: [0; 2],
             sleeping: None,
         };
         machine.hook(image).map_err(text)?;
@@ -274,9 +280,15 @@ impl Machine {
         self.costs[16 + interrupt]
     }
 
+    /// What an interrupt's handler cost so far together with the handler that ended before it.
+    pub fn cost_with_the_one_before(&self, interrupt: usize) -> Cost {
+        self.chained[16 + interrupt]
+    }
+
     /// Forgets the costs so far.
     pub fn clear_costs(&mut self) {
         self.costs.fill(Cost::default());
+        self.chained.fill(Cost::default());
     }
 
     /// Reads memory as a debug probe would.
@@ -433,15 +445,11 @@ impl Machine {
             return Err(uc_error::EXCEPTION);
         };
         core.bus.interrupts.leave(done.exception);
-        let cost = &mut self.costs[done.exception];
         let instructions = core.instructions - done.instructions;
         let cycles = core.cycles - done.cycles;
-        cost.runs += 1;
-        cost.instructions += instructions;
-        cost.cycles += cycles;
-        cost.most_instructions = cost.most_instructions.max(instructions);
-        cost.most_cycles = cost.most_cycles.max(cycles);
-        cost.last_instructions = instructions;
+        self.costs[done.exception].count(instructions, cycles);
+        let before = std::mem::replace(&mut self.ended, [instructions, cycles]);
+        self.chained[done.exception].count(instructions + before[0], cycles + before[1]);
         core.cycles += u64::from(cycles::EXIT);
         core.last_end = 0;
         core.event = true;

@@ -21,8 +21,8 @@ arming and start included; the core's entry and exit come on top, about 22 cycle
 are not like those: stops, disarming, ends and new parameters; each fault of an axis or a host, in sine and loop; a sine
 that begins while another one plays; every other experiment; and these with friction compensation and a feed-forward
 table. What a tick does for the next one (its reference, compensation, orders, new parameters, statistics) is an interrupt
-that follows the handler, after the torque has been put out: the last row, over all these runs. Both together are what a
-tick takes of its 17,000 cycles.
+that follows the handler, after the torque has been put out: the follower. Both together are what a tick takes of its
+17,000 cycles; the last rows count them tick by tick.
 
 ";
 
