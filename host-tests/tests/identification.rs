@@ -198,25 +198,19 @@ fn record(
         counts.push(reading.counts as f64);
         torque.push(axis.truth().torque_nm);
     }
-    Log {
-        file: "virtual.csv".into(),
-        unit: Some(believed.unit),
+    Log::new(
+        "virtual.csv",
+        believed.unit,
         time_s,
-        efforts: vec![Effort {
+        vec![Effort {
             kind: EffortKind::TorqueMeasured,
             values: torque,
         }],
-        position: Position {
+        Position {
             kind: PositionKind::Counts,
             values: counts,
         },
-        position_load: None,
-        position_ref: None,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
-    }
+    )
 }
 
 fn file_of(believed: &Believed) -> AxisFile {

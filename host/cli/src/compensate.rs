@@ -61,29 +61,20 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// Parameters of the friction that the controller believes in.
-const FRICTION: [&str; 6] = [
+/// What a run changes in the firmware: the parameters of the friction that the controller believes in, then the shares that
+/// are compensated.
+const NAMES: [&str; 8] = [
     "coulomb_nm",
     "stiction_nm",
     "stribeck_velocity_rad_s",
     "stiffness_nm_rad",
     "damping_nm_s_rad",
     "viscous_nm_s_rad",
-];
-
-/// Those, and the shares that are compensated: what a run changes in the firmware.
-const NAMES: [&str; 8] = [
-    FRICTION[0],
-    FRICTION[1],
-    FRICTION[2],
-    FRICTION[3],
-    FRICTION[4],
-    FRICTION[5],
     "friction_forward",
     "friction_feedback",
 ];
 
-/// What is off together: a name, and places in [`FRICTION`].
+/// What is off together: a name, and places in [`NAMES`].
 const GROUPS: [(&str, &[usize]); 6] = [
     ("all friction parameters", &[0, 1, 2, 3, 4, 5]),
     ("Coulomb friction and stiction", &[0, 1]),
@@ -104,7 +95,7 @@ const MOVES: usize = 2;
 /// edge.
 const SWING_COUNTS: i64 = 3;
 
-/// What the controller believes, in the order of [`FRICTION`], and whether it adds the table.
+/// What the controller believes, in the order of [`NAMES`], and whether it adds the table.
 struct Belief {
     what: String,
     friction: [f64; 6],

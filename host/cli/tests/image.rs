@@ -3,35 +3,18 @@
 
 #[path = "common/every.rs"]
 mod every;
+#[path = "common/on_image.rs"]
+mod on_image;
 
+use bristle_gap::experiments::Named;
 use bristle_gap::{AxisFile, Log};
-use every::{KINDS, plan};
+use every::plan;
+use on_image::on_image;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn axis_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes/bench.toml")
-}
-
-/// The options that name emulator and image.
-fn on_image() -> Option<[String; 6]> {
-    let named = |name: &str| std::env::var(name).ok();
-    let (Some(emulator), Some(firmware)) = (named("BRISTLE_EMULATOR"), named("BRISTLE_FIRMWARE"))
-    else {
-        eprintln!(
-            "SKIPPED: BRISTLE_EMULATOR and BRISTLE_FIRMWARE name no image; `cargo xtask test` does"
-        );
-        return None;
-    };
-    let words = [
-        "--on",
-        "image",
-        "--emulator",
-        &emulator,
-        "--firmware",
-        &firmware,
-    ];
-    Some(words.map(str::to_owned))
 }
 
 fn bristle(folder: &Path, words: &[&str], more: &[String]) -> Output {
@@ -68,7 +51,7 @@ fn on_the_image_every_experiment_makes_a_log_as_on_the_virtual_axis() {
     std::fs::write(place.join("plan.toml"), plan()).unwrap();
     bristle(place, &["run", "plan.toml", "--out", "image"], &image);
     bristle(place, &["run", "plan.toml", "--out", "virtual"], &[]);
-    for (n, kind) in (1..).zip(KINDS) {
+    for (n, kind) in (1..).zip(Named::ALL.map(Named::name)) {
         let [image, alone] =
             ["image", "virtual"].map(|on| place.join(format!("{on}/{n:02}-{kind}.csv")));
         assert_eq!(format(&image), format(&alone), "{kind}");

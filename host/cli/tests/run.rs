@@ -5,8 +5,9 @@ mod common;
 mod every;
 
 use bristle_gap::Log;
+use bristle_gap::experiments::Named;
 use common::Server;
-use every::{KINDS, plan};
+use every::plan;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -295,7 +296,7 @@ fn over_a_link_every_experiment_makes_a_log_that_identify_and_diagnose_take() {
     assert!(output.status.success(), "{output:?}");
     let logs = |place: &str| {
         (1..)
-            .zip(KINDS)
+            .zip(Named::ALL.map(Named::name))
             .map(|(n, kind)| format!("{place}/{n:02}-{kind}.csv"))
             .collect::<Vec<_>>()
     };

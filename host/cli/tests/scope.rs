@@ -4,8 +4,11 @@
 #![cfg(unix)]
 
 mod common;
+#[path = "common/on_image.rs"]
+mod on_image;
 
 use common::Server;
+use on_image::on_image;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -147,19 +150,16 @@ fn it_arms_plays_records_sets_and_triggers_in_a_terminal() {
     assert!(bytes.len() > 10_000, "{}", bytes.len());
 }
 
-/// `cargo xtask test` builds emulator and image, and names them.
 #[test]
 fn on_the_image_the_scope_watches_and_records() {
-    let named = |name: &str| std::env::var(name).ok();
-    let (Some(emulator), Some(firmware)) = (named("BRISTLE_EMULATOR"), named("BRISTLE_FIRMWARE"))
-    else {
-        eprintln!("SKIPPED: BRISTLE_EMULATOR and BRISTLE_FIRMWARE name no image");
+    let Some(image) = on_image() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
     let axis = axis_path();
     let command = format!(
-        "{BRISTLE} scope --on image --emulator {emulator} --firmware {firmware} --axis {}",
+        "{BRISTLE} scope {} --axis {}",
+        image.join(" "),
         axis.display()
     );
     let Some(terminal) = Terminal::start(folder.path(), "image", &command) else {

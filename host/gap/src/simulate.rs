@@ -4,7 +4,7 @@ use crate::axis_file::AxisFile;
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::experiments::Named;
-use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
+use crate::log::{Effort, EffortKind, Log, Position};
 use crate::signal::{derivative, interpolate, means, samples};
 use bristle_core::experiment::{Player, Reference};
 use bristle_plant::Unit;
@@ -46,26 +46,17 @@ impl Simulated {
     /// The log that a recorder with a torque sensor would have made of it.
     pub fn log(self, unit: Unit, file: &Path) -> Log {
         Log {
-            file: file.to_path_buf(),
-            unit: Some(unit),
-            time_s: self.time_s,
-            efforts: vec![Effort {
-                kind: EffortKind::TorqueMeasured,
-                values: self.torque_nm,
-            }],
-            position: Position {
-                kind: match unit {
-                    Unit::Rotary => PositionKind::Rad,
-                    Unit::Linear => PositionKind::M,
-                },
-                values: self.position_rad,
-            },
-            position_load: None,
             position_ref: self.position_ref_rad,
-            velocity: None,
-            temperature_c: None,
-            unknown: Vec::new(),
-            about: Default::default(),
+            ..Log::new(
+                file,
+                unit,
+                self.time_s,
+                vec![Effort {
+                    kind: EffortKind::TorqueMeasured,
+                    values: self.torque_nm,
+                }],
+                Position::of(unit, self.position_rad),
+            )
         }
     }
 }

@@ -38,23 +38,20 @@ fn repeating(noise_nm: f64, warm_up_nm: f64, seed: u64) -> Log {
         0.1 * v - 0.3 * phase(k).sin() + (0.08 + cooled) * v.signum() + noise_nm * noise[k]
     });
     Log {
-        file: "log.csv".into(),
-        unit: Some(Unit::Rotary),
-        time_s: (0..samples).map(|k| k as f64 * 1e-3).collect(),
-        efforts: vec![Effort {
-            kind: EffortKind::TorqueMeasured,
-            values: effort.collect(),
-        }],
-        position: Position {
-            kind: PositionKind::Rad,
-            values: (0..samples).map(|k| phase(k).sin()).collect(),
-        },
-        position_load: None,
         position_ref: Some((0..samples).map(|k| 1.001 * phase(k).sin()).collect()),
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
+        ..Log::new(
+            "log.csv",
+            Unit::Rotary,
+            (0..samples).map(|k| k as f64 * 1e-3).collect(),
+            vec![Effort {
+                kind: EffortKind::TorqueMeasured,
+                values: effort.collect(),
+            }],
+            Position {
+                kind: PositionKind::Rad,
+                values: (0..samples).map(|k| phase(k).sin()).collect(),
+            },
+        )
     }
 }
 

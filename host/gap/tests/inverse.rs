@@ -3,6 +3,7 @@
 use bristle_gap::believed::Noise;
 use bristle_gap::inverse::{Model, Record};
 use bristle_gap::log::{Effort, EffortKind, Position, PositionKind};
+use bristle_gap::signal::rms;
 use bristle_gap::{AxisFile, Believed, Log, Unit};
 use std::path::Path;
 
@@ -49,30 +50,23 @@ fn break_aways_within_few_samples_are_followed() {
         efforts.push(torque_nm(k));
         axis.advance(torque_nm(k));
     }
-    let log = Log {
-        file: "break-away.csv".into(),
-        unit: Some(Unit::Rotary),
-        time_s: (0..5000).map(|k| k as f64 * STEP_S).collect(),
-        efforts: vec![Effort {
+    let log = Log::new(
+        "break-away.csv",
+        Unit::Rotary,
+        (0..5000).map(|k| k as f64 * STEP_S).collect(),
+        vec![Effort {
             kind: EffortKind::TorqueMeasured,
             values: efforts,
         }],
-        position: Position {
+        Position {
             kind: PositionKind::Rad,
             values: positions,
         },
-        position_load: None,
-        position_ref: None,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
-    };
+    );
     let records = [Record::new(&log, &file, &believed, &[]).unwrap()];
     let model = Model::base(&believed, &records, 0.15).unwrap();
     let left_over = model.left_over(&records, &model.start()).unwrap();
-    let rms = (left_over.iter().map(|r| r * r).sum::<f64>() / left_over.len() as f64).sqrt();
-    let share = rms / believed.coulomb_nm;
+    let share = rms(left_over) / believed.coulomb_nm;
     // A motion smoothed over four samples leaves 0.33 of Coulomb friction over, friction at the end of each step 0.088.
     println!("{share:.3} of Coulomb friction");
     assert!(share < 0.085, "{share}");

@@ -37,21 +37,16 @@ prop_compose! {
             (_, Unit::Rotary) => Position { kind: PositionKind::Rad, values: positions.clone() },
             (_, Unit::Linear) => Position { kind: PositionKind::M, values: positions.clone() },
         };
+        let efforts = vec![
+            Effort { kind: EffortKind::TorqueReference, values: efforts.clone() },
+            Effort { kind: EffortKind::Current, values: efforts },
+        ];
         Log {
-            file: PathBuf::new(),
-            unit: Some(unit),
-            time_s,
-            efforts: vec![
-                Effort { kind: EffortKind::TorqueReference, values: efforts.clone() },
-                Effort { kind: EffortKind::Current, values: efforts },
-            ],
-            position,
             position_load: Some(positions.clone()),
-            position_ref: None,
             velocity: (kind == 1).then(|| positions.clone()),
             temperature_c: Some(positions),
             unknown: vec![Unknown { name: "a, note".to_owned(), values: cells.into_iter().collect() }],
-            about: Default::default(),
+            ..Log::new(PathBuf::new(), unit, time_s, efforts, position)
         }
     }
 }
@@ -191,23 +186,20 @@ fn long_logs_read_fast() {
         |period: f64| -> Vec<f64> { (0..rows).map(|i| (f64::from(i) / period).sin()).collect() };
     let folder = tempfile::tempdir().unwrap();
     let log = Log {
-        file: folder.path().join("long.csv"),
-        unit: Some(Unit::Rotary),
-        time_s: (0..rows).map(|i| f64::from(i) / 1e4).collect(),
-        efforts: vec![Effort {
-            kind: EffortKind::TorqueMeasured,
-            values: wave(1e3),
-        }],
-        position: Position {
-            kind: PositionKind::Rad,
-            values: wave(7e3),
-        },
-        position_load: None,
         position_ref: Some(wave(9e3)),
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
+        ..Log::new(
+            folder.path().join("long.csv"),
+            Unit::Rotary,
+            (0..rows).map(|i| f64::from(i) / 1e4).collect(),
+            vec![Effort {
+                kind: EffortKind::TorqueMeasured,
+                values: wave(1e3),
+            }],
+            Position {
+                kind: PositionKind::Rad,
+                values: wave(7e3),
+            },
+        )
     };
     log.write(&log.file).unwrap();
     assert_eq!(Log::read(&log.file).unwrap(), log);

@@ -9,7 +9,6 @@ use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
 use crate::report::short;
 use bristle_core::experiment::{End, Experiment};
 use bristle_plant::drive::{Drive, DriveConfig};
-use std::path::PathBuf;
 
 /// What the motion showed.
 pub(super) struct Moved {
@@ -143,25 +142,19 @@ impl Wizard<'_> {
     }
 
     fn log(&self, played: Played) -> Log {
-        Log {
-            file: PathBuf::from("axis"),
-            unit: Some(self.file.unit),
-            time_s: played.time_s,
-            efforts: vec![Effort {
+        Log::new(
+            "axis",
+            self.file.unit,
+            played.time_s,
+            vec![Effort {
                 kind: EffortKind::TorqueReference,
                 values: played.torque_nm,
             }],
-            position: Position {
+            Position {
                 kind: PositionKind::Counts,
                 values: played.counts,
             },
-            position_load: None,
-            position_ref: None,
-            velocity: None,
-            temperature_c: None,
-            unknown: Vec::new(),
-            about: Default::default(),
-        }
+        )
     }
 
     fn judge_inertia(&mut self, balance: &Balance, whole: f64) {

@@ -67,9 +67,6 @@ impl Contact for HalfWay {
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
 pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 
-/// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
-const JUMPS: f64 = 2.0;
-
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
 
@@ -137,12 +134,11 @@ pub fn left_over(
     let rest_rad_s = record.rest_velocity_rad_s();
     let later = Later::new(running.skew_samples);
     let mut balance = Vec::with_capacity(intervals);
-    let fastest_rad_s = fastest(stretch);
     let mut before_rad_s = 0.0;
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
         // A jump of the encoder bends no bristles.
-        if v.abs() > JUMPS * fastest_rad_s && stretch.excluded[k..k + 2].contains(&true) {
+        if stretch.jumps.contains(&k) {
             v = before_rad_s;
         }
         before_rad_s = v;
@@ -223,14 +219,6 @@ pub fn left_over(
         })
         .collect();
     record.kernel.apply(&mut nodes, out);
-}
-
-/// Highest speed where nothing is excluded, rad/s.
-fn fastest(stretch: &Stretch) -> f64 {
-    let pairs = stretch.velocity_rad_s.iter().zip(&stretch.excluded);
-    pairs
-        .filter(|(_, excluded)| !**excluded)
-        .fold(0.0, |most, (v, _)| v.abs().max(most))
 }
 
 /// Where the sensor would have to be for its effects to show what was recorded.

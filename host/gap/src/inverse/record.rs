@@ -19,6 +19,8 @@ const LONGEST_KERNEL_S: f64 = 0.009;
 const REST_S: f64 = 0.02;
 /// Shortest stretch between gaps that is used, s.
 const SHORTEST_S: f64 = 0.25;
+/// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
+const JUMPS: f64 = 2.0;
 /// Noise of the acceleration may be this part of Coulomb friction, or as much as the effort's own noise.
 const ACCELERATION_NOISE: f64 = 0.005;
 
@@ -62,6 +64,8 @@ pub struct Stretch {
     pub velocity_rad_s: Vec<f64>,
     /// Samples that no one should fit.
     pub excluded: Vec<bool>,
+    /// Samples from which to the next one the encoder jumped rather than the axis moved.
+    pub jumps: Vec<usize>,
     /// Effort as the kernel sees it, a value a node, N m.
     pub effort_nodes_nm: Vec<f64>,
 }
@@ -111,6 +115,7 @@ impl Record {
             let smoothed = smooth(&stretch.position_rad, step_s, noise_rad);
             stretch.smooth_rad = smoothed.position_rad;
             stretch.velocity_rad_s = smoothed.velocity_rad_s;
+            stretch.jumps = jumps(&stretch, step_s);
             stretches.push(stretch);
         }
         if stretches.is_empty() {
@@ -122,10 +127,10 @@ impl Record {
         }
         let effort_noise_nm = effort_noise_nm(&stretches);
         let speed_rad_s = rms(stretches.iter().flat_map(|s| &s.velocity_rad_s).copied());
-        let moving_rad = sensor.jitter_s * speed_rad_s / (averaged as f64).sqrt();
+        let clock_rad = sensor.clock_noise_rad(speed_rad_s, averaged);
         let kernel = kernel(
             step_s,
-            believed.whole_inertia_kg_m2() * noise_rad.hypot(moving_rad),
+            believed.whole_inertia_kg_m2() * noise_rad.hypot(clock_rad),
             effort_noise_nm,
             believed.coulomb_nm,
         );
@@ -194,9 +199,8 @@ impl Record {
 
     /// Noise of a node from encoder, its clock and effort alone, N m rms, at an inertia and a speed.
     pub fn noise_nm(&self, inertia_kg_m2: f64, speed_rad_s: f64) -> f64 {
-        let moving_rad = self.sensor.jitter_s * speed_rad_s / (self.averaged as f64).sqrt();
-        let motion = inertia_kg_m2 * self.position_noise_rad.hypot(moving_rad)
-            / self.step_s.powi(2)
+        let clock_rad = self.sensor.clock_noise_rad(speed_rad_s, self.averaged);
+        let motion = inertia_kg_m2 * self.position_noise_rad.hypot(clock_rad) / self.step_s.powi(2)
             * self.kernel.of_second_difference();
         (self.effort_noise_nm * self.kernel.of_effort()).hypot(motion)
     }
@@ -223,6 +227,24 @@ fn averaged_down(q: &[f64], u: &[f64], excluded: &[bool], by: usize) -> Stretch 
             .push(excluded[at.min(end)..end].contains(&true));
     }
     stretch
+}
+
+fn jumps(stretch: &Stretch, step_s: f64) -> Vec<usize> {
+    let pairs = stretch.velocity_rad_s.iter().zip(&stretch.excluded);
+    let fastest_rad_s = pairs
+        .filter(|(_, excluded)| !**excluded)
+        .fold(0.0, |most: f64, (v, _)| v.abs().max(most));
+    let intervals = stretch
+        .smooth_rad
+        .windows(2)
+        .zip(stretch.excluded.windows(2));
+    intervals
+        .enumerate()
+        .filter(|(_, (q, excluded))| {
+            excluded.contains(&true) && (q[1] - q[0]).abs() > JUMPS * fastest_rad_s * step_s
+        })
+        .map(|(k, _)| k)
+        .collect()
 }
 
 /// From the second difference of effort, whose square is 6 for white noise of 1; the median, so that steps do not count.

@@ -41,6 +41,13 @@ pub struct Shown {
     pub jitter_nats: f64,
 }
 
+impl Shown {
+    /// Position noise that the clock makes at a speed, in means of so many samples, rad rms.
+    pub fn clock_noise_rad(&self, speed_rad_s: f64, averaged: usize) -> f64 {
+        self.jitter_s * speed_rad_s / (averaged as f64).sqrt()
+    }
+}
+
 /// Looks at positions sampled every `step_s` by an encoder of this count.
 pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     let (jitter_s, jitter_nats) = jitter(position_rad, step_s);

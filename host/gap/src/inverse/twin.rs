@@ -6,9 +6,8 @@ use super::record::Record;
 use crate::axis_file::AxisFile;
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
-use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
+use crate::log::{Effort, EffortKind, Log, Position};
 use crate::signal::interpolate;
-use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -84,11 +83,11 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     if positions.iter().chain(&efforts).any(|x| !x.is_finite()) {
         return Err(axis.diverged(time_s[samples - 1]));
     }
-    Ok(Log {
+    Ok(Log::new(
         file,
-        unit: Some(axis.unit),
+        axis.unit,
         time_s,
-        efforts: vec![Effort {
+        vec![Effort {
             kind: if record.commanded {
                 EffortKind::TorqueReference
             } else {
@@ -96,18 +95,6 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
             },
             values: efforts,
         }],
-        position: Position {
-            kind: match axis.unit {
-                Unit::Rotary => PositionKind::Rad,
-                Unit::Linear => PositionKind::M,
-            },
-            values: positions,
-        },
-        position_load: None,
-        position_ref: None,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
-    })
+        Position::of(axis.unit, positions),
+    ))
 }

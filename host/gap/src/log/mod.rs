@@ -100,7 +100,41 @@ pub struct Log {
     pub about: About,
 }
 
+impl Position {
+    /// In what an axis of this unit moves in: rad or m.
+    pub fn of(unit: Unit, values: Vec<f64>) -> Self {
+        let kind = match unit {
+            Unit::Rotary => PositionKind::Rad,
+            Unit::Linear => PositionKind::M,
+        };
+        Self { kind, values }
+    }
+}
+
 impl Log {
+    /// A log of these columns alone.
+    pub fn new(
+        file: impl Into<PathBuf>,
+        unit: Unit,
+        time_s: Vec<f64>,
+        efforts: Vec<Effort>,
+        position: Position,
+    ) -> Self {
+        Self {
+            file: file.into(),
+            unit: Some(unit),
+            time_s,
+            efforts,
+            position,
+            position_load: None,
+            position_ref: None,
+            velocity: None,
+            temperature_c: None,
+            unknown: Vec::new(),
+            about: About::new(),
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.time_s.len()

@@ -118,25 +118,19 @@ impl Stage<'_> {
             return Ok(None);
         }
         let moved = counts.last().copied().unwrap_or_default() - counts[0];
-        let log = Log {
-            file: step.name().into(),
-            unit: Some(self.axis.unit),
+        let log = Log::new(
+            step.name(),
+            self.axis.unit,
             time_s,
-            efforts: vec![Effort {
+            vec![Effort {
                 kind: EffortKind::TorqueReference,
                 values: torque_nm,
             }],
-            position: Position {
+            Position {
                 kind: PositionKind::Counts,
                 values: counts,
             },
-            position_load: None,
-            position_ref: None,
-            velocity: None,
-            temperature_c: None,
-            unknown: Vec::new(),
-            about: Default::default(),
-        };
+        );
         Ok(Some((log, moved * self.axis.rad_per_count())))
     }
 }

@@ -7,7 +7,6 @@ use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
 use bristle_core::control::{Cascade, State};
-use std::path::PathBuf;
 
 /// Speed beyond which an axis has run away, as a multiple of what was planned.
 const RUN_AWAY: f64 = 4.0;
@@ -73,25 +72,19 @@ pub fn record(
         };
         (kind, rad_per_count)
     };
-    Ok(Some(Log {
-        file: PathBuf::from(format!("{}-{place}-{}", plant_name(seed), task.name)),
-        unit: Some(truth.unit),
-        time_s: (0..task.samples).map(|k| k as f64 * step_s).collect(),
-        efforts: vec![Effort {
+    Ok(Some(Log::new(
+        format!("{}-{place}-{}", plant_name(seed), task.name),
+        truth.unit,
+        (0..task.samples).map(|k| k as f64 * step_s).collect(),
+        vec![Effort {
             kind: EffortKind::TorqueMeasured,
             values: torques,
         }],
-        position: Position {
+        Position {
             kind,
             values: counts.iter().map(|count| count * unit).collect(),
         },
-        position_load: None,
-        position_ref: None,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
-    }))
+    )))
 }
 
 /// What a trial is called in errors and reports.

@@ -2,10 +2,10 @@
 
 use bristle_gap::believed::{Believed, Noise};
 use bristle_gap::experiments::Named;
-use bristle_gap::log::{Effort, EffortKind, Position, PositionKind};
+use bristle_gap::log::{Effort, EffortKind, Position};
 use bristle_gap::simulate::{Input, simulate};
-use bristle_gap::{AxisFile, Log, Unit};
-use std::path::{Path, PathBuf};
+use bristle_gap::{AxisFile, Log};
+use std::path::Path;
 
 /// A small servo motor whose friction is slow enough for an observer at 500 Hz; the gain follows the rate.
 pub fn rotary(rate_hz: f64, bits: u32) -> AxisFile {
@@ -54,22 +54,13 @@ pub fn record(axis: &AxisFile, named: Named, seconds: f64, noise: f64, seed: u64
         values,
     }));
     Log {
-        file: PathBuf::from("log.csv"),
-        unit: Some(axis.unit),
-        time_s: simulated.time_s,
-        efforts,
-        position: Position {
-            kind: match axis.unit {
-                Unit::Rotary => PositionKind::Rad,
-                Unit::Linear => PositionKind::M,
-            },
-            values: simulated.position_rad,
-        },
-        position_load: None,
         position_ref: simulated.position_ref_rad,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
+        ..Log::new(
+            "log.csv",
+            axis.unit,
+            simulated.time_s,
+            efforts,
+            Position::of(axis.unit, simulated.position_rad),
+        )
     }
 }

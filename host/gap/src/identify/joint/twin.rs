@@ -13,9 +13,8 @@ use crate::believed::Noise as AxisNoise;
 use crate::diagnose::nodes;
 use crate::error::InputError;
 use crate::inverse::{self, Own, Owner, Record};
-use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
+use crate::log::{Effort, EffortKind, Log, Position};
 use crate::signal::interpolate;
-use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -176,11 +175,11 @@ fn record_twin(truth: &Joint, record: &Record, log: &Log, seed: u64) -> Result<L
     if positions.iter().chain(&efforts).any(|x| !x.is_finite()) {
         return Err(believed.diverged(time_s[samples - 1]));
     }
-    Ok(Log {
-        file: log.file.clone(),
-        unit: Some(unit),
+    Ok(Log::new(
+        log.file.clone(),
+        unit,
         time_s,
-        efforts: vec![Effort {
+        vec![Effort {
             kind: if record.commanded {
                 EffortKind::TorqueReference
             } else {
@@ -188,18 +187,6 @@ fn record_twin(truth: &Joint, record: &Record, log: &Log, seed: u64) -> Result<L
             },
             values: efforts,
         }],
-        position: Position {
-            kind: match unit {
-                Unit::Rotary => PositionKind::Rad,
-                Unit::Linear => PositionKind::M,
-            },
-            values: positions,
-        },
-        position_load: None,
-        position_ref: None,
-        velocity: None,
-        temperature_c: None,
-        unknown: Vec::new(),
-        about: Default::default(),
-    })
+        Position::of(unit, positions),
+    ))
 }
