@@ -5,6 +5,11 @@ use crate::error::{ParameterError, not_negative, positive};
 use crate::experiment::Reference;
 use crate::real::Real;
 
+/// Crossover of the speed loop where nobody asks for another one, rad/s: 50 Hz.
+pub const BANDWIDTH_RAD_S: f64 = 100.0 * core::f64::consts::PI;
+/// Position gain and rate of the integral as a part of that crossover, which keeps the loops apart.
+pub const FIFTH: f64 = 0.2;
+
 /// Gains and limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascade<T> {
@@ -56,27 +61,6 @@ impl<T: Real> Cascade<T> {
         })
     }
 
-    /// Gains for an axis: the speed loop at `bandwidth_rad_s`, position and integral a fifth of it, which keeps the
-    /// loops apart.
-    ///
-    /// # Errors
-    /// As [`Cascade::new`].
-    pub fn for_axis(
-        inertia_kg_m2: T,
-        bandwidth_rad_s: T,
-        torque_limit_nm: T,
-        sample_time_s: T,
-    ) -> Result<Self, ParameterError> {
-        let fifth = bandwidth_rad_s * T::of(0.2);
-        Self::new(
-            fifth,
-            inertia_kg_m2 * bandwidth_rad_s,
-            fifth,
-            torque_limit_nm,
-            sample_time_s,
-        )
-    }
-
     /// A torque within the limit, N m.
     #[inline]
     pub fn limited(&self, torque_nm: T) -> T {
@@ -116,10 +100,18 @@ impl<T: Real> Cascade<T> {
 mod tests {
     use super::*;
 
+    const INERTIA_KG_M2: f64 = 1e-4;
+
+    fn cascade(torque_limit_nm: f64) -> Cascade<f64> {
+        let slow = FIFTH * BANDWIDTH_RAD_S;
+        let gain = INERTIA_KG_M2 * BANDWIDTH_RAD_S;
+        Cascade::new(slow, gain, slow, torque_limit_nm, 1e-4).unwrap()
+    }
+
     #[test]
     fn removes_a_constant_load() {
-        let (inertia, t) = (1e-4_f64, 1e-4);
-        let loop_ = Cascade::for_axis(inertia, 300.0, 1.0, t).unwrap();
+        let t = 1e-4;
+        let loop_ = cascade(1.0);
         let mut state = State::default();
         let (mut q, mut v) = (0.0, 0.0);
         for _ in 0..20_000 {
@@ -128,16 +120,16 @@ mod tests {
                 velocity_rad_s: 0.0,
             };
             let u = loop_.step(&mut state, reference, q, v) - 0.2;
-            v += t / inertia * u;
+            v += t / INERTIA_KG_M2 * u;
             q += t * v;
         }
-        // 2 s are 120 time constants of the slowest loop, 1/60 s.
+        // 2 s are 125 time constants of the slowest loop, 1/63 s.
         assert!((q - 1.0).abs() < 1e-9, "{q}");
     }
 
     #[test]
     fn does_not_wind_up() {
-        let loop_ = Cascade::for_axis(1e-4_f64, 300.0, 0.1, 1e-4).unwrap();
+        let loop_ = cascade(0.1);
         let mut state = State::default();
         for _ in 0..100_000 {
             assert_eq!(
@@ -150,7 +142,7 @@ mod tests {
 
     #[test]
     fn limits_torque_and_survives_nan() {
-        let loop_ = Cascade::for_axis(1e-4_f64, 300.0, 0.1, 1e-4).unwrap();
+        let loop_ = cascade(0.1);
         let mut state = State::default();
         assert_eq!(
             loop_.step(&mut state, Reference::Torque(5.0), 0.0, 0.0),

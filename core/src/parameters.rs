@@ -5,7 +5,7 @@
 //! takes over between two ticks; states stay as they are, so that nothing jumps.
 
 use crate::compensation::Compensation;
-use crate::control::Cascade;
+use crate::control::{BANDWIDTH_RAD_S, Cascade, FIFTH};
 use crate::controller::Order;
 use crate::encoder::Encoder;
 use crate::error::{ParameterError, require};
@@ -133,8 +133,9 @@ pub const BENCH: Parameters = Parameters {
     // Three times the torque of the sine experiment, 0.035 N m.
     full_scale_nm: 0.1,
     torque_limit_nm: 0.09,
-    // Zero to the limit in 9 ms; the sine needs 0.22 N m/s.
-    slew_limit_nm_s: 10.0,
+    // Zero to the limit in 0.9 ms, as a drive's current loop. A count makes 5 mN m through the speed loop in a tick; a
+    // limit below that is a lag within the loop, which swings in the rests of a compensated axis.
+    slew_limit_nm_s: 100.0,
     // The limit to zero in 90 ms.
     ramp_nm_s: 1.0,
     // The sine reaches 5 rad/s; 50 turns a second are what the encoder's input filter can follow.
@@ -149,10 +150,10 @@ pub const BENCH: Parameters = Parameters {
     stuck_time_s: 0.05,
     // The index edge lies a count or two apart in the two directions, and the copy is taken behind the input filter.
     index_tolerance_counts: 4.0,
-    // As `Cascade::for_axis` at 300 rad/s.
-    position_gain_1_s: 60.0,
-    velocity_gain_nm_s_rad: 7.5738e-3,
-    velocity_integral_1_s: 60.0,
+    // As any axis whose file gives no gains.
+    position_gain_1_s: (FIFTH * BANDWIDTH_RAD_S) as f32,
+    velocity_gain_nm_s_rad: (2.5246e-5 * BANDWIDTH_RAD_S) as f32,
+    velocity_integral_1_s: (FIFTH * BANDWIDTH_RAD_S) as f32,
     // Off; `bristle compensate` shows what it does.
     friction_forward: 0.0,
     friction_feedback: 0.0,

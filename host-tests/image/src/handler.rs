@@ -10,6 +10,7 @@ use crate::names;
 use bristle_core::command::{Changes, Command, PART_POINTS, Reply, TablePart, parameter};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::feed_forward::{POINTS, Span};
+use bristle_core::parameters::BENCH;
 use bristle_core::supervisor::Fault;
 
 /// Estimated cycles that the handler may take.
@@ -195,7 +196,7 @@ fn bring_about(session: &mut Session<'_>, fault: Fault) -> Result<(), String> {
         Fault::LimitTooLong => {
             ask(session, &set(&[("slew_limit_nm_s", 0.1)]))?;
             run(session, 12_000)?;
-            ask(session, &set(&[("slew_limit_nm_s", 10.0)]))?;
+            ask(session, &set(&[("slew_limit_nm_s", BENCH.slew_limit_nm_s)]))?;
         }
         Fault::DeadlineMissed => {
             let next = session.machine.bus().next_tick().ok_or("no tick")?;

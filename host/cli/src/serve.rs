@@ -5,6 +5,7 @@ use crate::setup::{Real, Setup};
 use crate::source::{self, plain};
 use bristle_core::burst::{BURST_SAMPLES, Burst};
 use bristle_core::command::{Command, MOST_COMMAND_BYTES, Reply};
+use bristle_core::control::BANDWIDTH_RAD_S;
 use bristle_core::controller::{Controller, Input, Order};
 use bristle_core::feed_forward::FeedForward;
 use bristle_core::observer::luenberger::BuildError;
@@ -166,11 +167,11 @@ fn parameters(axis: &Believed) -> Result<Parameters, InputError> {
         drive_lag_s: single(axis.drive.lag_s),
         full_scale_nm: single(1.1 * limit),
         torque_limit_nm: single(limit),
-        slew_limit_nm_s: single(100.0 * limit),
+        slew_limit_nm_s: single(1000.0 * limit),
         ramp_nm_s: single(10.0 * limit),
         max_speed_rad_s: single(axis.speed_limit_rad_s),
         stuck_torque_nm: single(1.2 * axis.stiction_nm + axis.offset_nm().abs()),
-        velocity_gain_nm_s_rad: single(300.0 * axis.whole_inertia_kg_m2()),
+        velocity_gain_nm_s_rad: single(BANDWIDTH_RAD_S * axis.whole_inertia_kg_m2()),
         ..BENCH
     };
     match build(&parameters, axis.rate_hz) {

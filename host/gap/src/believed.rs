@@ -4,7 +4,7 @@
 use crate::axis_file::{AxisFile, EffectEntry, FrictionModel, StribeckShape};
 use crate::error::InputError;
 use bristle_core::compensation::Compensation;
-use bristle_core::control::Cascade;
+use bristle_core::control::{BANDWIDTH_RAD_S, Cascade, FIFTH};
 use bristle_core::encoder::Encoder;
 use bristle_core::error::ParameterError;
 use bristle_core::friction::ElastoPlastic;
@@ -512,14 +512,14 @@ impl Believed {
             )
         })?;
         let control = &self.file.control;
-        // A speed loop of 50 Hz, or slower where the sample rate asks for it.
-        let bandwidth = (std::f64::consts::TAU * 50.0).min(0.05 / sample_time_s);
+        // Slower where the sample rate asks for it.
+        let bandwidth = BANDWIDTH_RAD_S.min(0.05 / sample_time_s);
         let cascade = Cascade::new(
-            to(control.position_gain_1_s.unwrap_or(0.2 * bandwidth)),
+            to(control.position_gain_1_s.unwrap_or(FIFTH * bandwidth)),
             to(control
                 .velocity_gain
                 .unwrap_or(self.whole_inertia_kg_m2() * bandwidth)),
-            to(control.velocity_integral_1_s.unwrap_or(0.2 * bandwidth)),
+            to(control.velocity_integral_1_s.unwrap_or(FIFTH * bandwidth)),
             to(settings.max_torque_nm),
             to(sample_time_s),
         );

@@ -13,6 +13,7 @@ use crate::experiments::Named;
 use crate::plan::Step;
 use crate::run::{Bench, Virtual};
 use bristle_core::command::in_single_precision;
+use bristle_core::control::FIFTH;
 use bristle_core::experiment::{Bounds, End};
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -20,8 +21,6 @@ use std::path::Path;
 
 /// Phase that the speed loop keeps, degrees.
 pub const KEEPS_DEG: f64 = 60.0;
-/// Integral and position gain as a part of the speed loop's crossover: as `Cascade::for_axis`.
-const FIFTH: f64 = 0.2;
 /// A count may make so much of Coulomb friction as torque: less than what moves bristles past break-away.
 const COUNT_SHARE: f64 = 0.25;
 

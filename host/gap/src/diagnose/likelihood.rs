@@ -189,6 +189,17 @@ impl Noise {
         self
     }
 
+    /// The same where at least what the method leaves over of some model is open.
+    #[must_use]
+    pub fn at_least(mut self, own: &Own) -> Self {
+        for (place, groups) in self.groups.iter_mut().enumerate() {
+            for (group, regime) in groups.iter_mut().zip(Regime::ALL) {
+                group.open_nm = group.open_nm.max(own.rms_nm(place, regime));
+            }
+        }
+        self
+    }
+
     /// Mean square of a rest by record and regime.
     fn mean_squares(&self, nodes: &[Node], left_over: &[f64]) -> Vec<[f64; 3]> {
         let mut sums = vec![[0.0; 3]; self.groups.len()];

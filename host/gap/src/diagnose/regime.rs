@@ -68,7 +68,7 @@ pub fn nodes(records: &[Record], z_ss_rad: f64) -> Vec<Node> {
     for (place, record) in records.iter().enumerate() {
         let reach = record.kernel.reach() + 1;
         let width_s = (2 * reach + 1) as f64 * record.step_s;
-        let rest = record.rest_velocity_rad_s();
+        let rest = record.still_rad_s();
         let low = (z_ss_rad / BENDS_S).max(3.0 * record.rad_per_count / width_s);
         let whole_s: f64 = record
             .stretches

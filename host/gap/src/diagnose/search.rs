@@ -100,6 +100,8 @@ pub struct Search {
     pub weights: Vec<f64>,
     /// What the simulator as it stands leaves over, N m.
     pub as_given: Vec<f64>,
+    /// What the method leaves over of the simulator as it stands on records of its own.
+    pub own_as_given: Own,
     /// The simulator with its own parameters refitted.
     pub base: Hypothesis,
     /// With one effect, best first.
@@ -133,10 +135,8 @@ pub fn search(
         let inertia = scale.inertia_kg_m2;
         Noise::beside(&records, &nodes, left_over, inertia, holds_nm, own)
     };
-    let mut noise = noise_of(
-        &as_given,
-        &own_left_over(&model, &model.start(), &records, &scale),
-    );
+    let own_as_given = own_left_over(&model, &model.start(), &records, &scale);
+    let mut noise = noise_of(&as_given, &own_as_given);
     let mut weights = noise.weights(&nodes);
     let mut fitted = fit(&model, &records, &weights, model.start())?;
     let own = own_left_over(&model, &fitted.at, &records, &scale);
@@ -326,6 +326,7 @@ pub fn search(
         noise,
         weights,
         as_given,
+        own_as_given,
         base,
         single,
         several,

@@ -90,11 +90,11 @@ const UNKNOWN: f64 = 1.5;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
 const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
-const EFFECT_IS: (f64, f64) = (1.2, 2.5);
+const EFFECT_IS: (f64, f64) = (-1.0, 3.2);
 /// The same of the answers that have no such measure.
 const EFFECTS_ARE: f64 = 0.6;
-const NONE_IS: f64 = 0.9;
-const PARAMETERS_ARE: f64 = 0.5;
+const NONE_IS: f64 = 0.8;
+const PARAMETERS_ARE: f64 = 0.3;
 const NOISE_IS: f64 = 0.85;
 /// Of what a verdict leaves open this part is for an effect that no list has.
 const UNKNOWN_ELSE: f64 = 0.2;
@@ -117,8 +117,10 @@ pub fn verdict(search: &Search) -> Verdict {
     let after = chosen.map_or(before, |h| search.noise.rms(&search.nodes, &h.held_out).1);
     let best = chosen.unwrap_or(base);
     let times = |left_over: &[f64]| search.noise.times_open(&search.nodes, left_over);
-    let [given_times, base_times, left_times] =
-        [&search.as_given, &base.held_out, &best.held_out].map(|rest| times(rest));
+    let [base_times, left_times] = [&base.held_out, &best.held_out].map(|rest| times(rest));
+    // What the method would leave over of parameters that are right moves none of them.
+    let of_given = search.noise.clone().at_least(&search.own_as_given);
+    let given_times = of_given.times_open(&search.nodes, &search.as_given);
     let explained = explained(base_times, left_times);
     let moved = moved(search);
 

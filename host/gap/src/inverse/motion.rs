@@ -38,6 +38,49 @@ pub fn position_noise_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     quantisation.max(median / 0.6745 / 20.0_f64.sqrt())
 }
 
+/// The shortest path along a position that is read in counts, each from its lower edge on: the true position lies between
+/// a reading and the next count above. Half a count is taken off, so that the path lies about the readings. Where the
+/// encoder trembles on an edge, the path rests.
+pub fn shortest_path(reading_rad: &[f64], rad_per_count: f64) -> Vec<f64> {
+    let half = 0.5 * rad_per_count;
+    let mut path = Vec::with_capacity(reading_rad.len());
+    let Some(&first) = reading_rad.first() else {
+        return path;
+    };
+    // From the last bend on, straight lines between two slopes pass all gates so far, each of which ends at one of them.
+    let (mut bend, mut at) = (0, first);
+    path.push(first);
+    while bend + 1 < reading_rad.len() {
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut low_gate, mut high_gate) = (bend, bend);
+        let mut next = None;
+        for (k, reading) in reading_rad.iter().enumerate().skip(bend + 1) {
+            let steps = (k - bend) as f64;
+            let (to_low, to_high) = ((reading - half - at) / steps, (reading + half - at) / steps);
+            if to_low > high {
+                next = Some((high_gate, high));
+                break;
+            }
+            if to_high < low {
+                next = Some((low_gate, low));
+                break;
+            }
+            if to_low > low {
+                (low, low_gate) = (to_low, k);
+            }
+            if to_high < high {
+                (high, high_gate) = (to_high, k);
+            }
+        }
+        // What is left is passed with as little motion as possible.
+        let (gate, slope) = next.unwrap_or((reading_rad.len() - 1, 0.0_f64.max(low).min(high)));
+        path.extend((1..=gate - bend).map(|steps| at + slope * steps as f64));
+        at += slope * (gate - bend) as f64;
+        bend = gate;
+    }
+    path
+}
+
 /// Smooths a position sampled every `step_s`, whose noise is `noise_rad` rms. Between two samples the smoothed motion is
 /// even: what the narrowest window says is how far the position itself went.
 pub fn smooth(position_rad: &[f64], step_s: f64, noise_rad: f64) -> Smoothed {
@@ -133,6 +176,27 @@ mod tests {
         let smoothed = smooth(&q, step, COUNT / 12.0_f64.sqrt());
         assert!(smoothed.velocity_rad_s[996].abs() < 0.02);
         assert!((smoothed.velocity_rad_s[1004] - 2.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn the_shortest_path_rests_on_a_trembling_edge_and_knows_an_even_speed() {
+        let trembling: Vec<f64> = (0..500)
+            .map(|k| COUNT * f64::from(u8::from(k % 7 < 3)))
+            .collect();
+        let path = shortest_path(&trembling, COUNT);
+        assert!(
+            path[3..]
+                .iter()
+                .all(|q| (q - 0.5 * COUNT).abs() < 1e-9 * COUNT)
+        );
+        // At an even speed the edges say where the axis is, to within what it goes in a sample: 0.013 of a count.
+        let even = |t: f64| 12.7 * COUNT * t;
+        let path = shortest_path(&quantised(even, 4000, 1e-3), COUNT);
+        for (k, q) in path.iter().enumerate().take(3900).skip(100) {
+            let error = q + 0.5 * COUNT - even(k as f64 * 1e-3);
+            assert!(error.abs() < 0.015 * COUNT, "{k}: {}", error / COUNT);
+        }
+        assert!(shortest_path(&[], COUNT).is_empty());
     }
 
     #[test]

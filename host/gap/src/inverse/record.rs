@@ -1,7 +1,7 @@
 //! A log prepared for inverse dynamics: even stretches of effort and smoothed motion, at some 2 kHz at most.
 
 use super::kernel::Kernel;
-use super::motion::{position_noise_rad, smooth};
+use super::motion::{position_noise_rad, shortest_path, smooth};
 use super::sensor::{Shown, shown};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
@@ -17,6 +17,8 @@ const FASTEST_HZ: f64 = 2500.0;
 const LONGEST_KERNEL_S: f64 = 0.009;
 /// A count in this time, or less, is rest, s.
 const REST_S: f64 = 0.02;
+/// A count in this time, or less, is as good as none, s.
+const STILL_S: f64 = 0.1;
 /// Shortest stretch between gaps that is used, s.
 const SHORTEST_S: f64 = 0.25;
 /// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
@@ -104,6 +106,7 @@ impl Record {
             let u = means(time, &effort[range.clone()], &even, original_s);
             let full_noise = position_noise_rad(&q, rad_per_count);
             noise_rad = f64::max(noise_rad, full_noise / (averaged as f64).sqrt());
+            let q = shortest_path(&q, rad_per_count);
             let mut out: Vec<bool> = vec![false; range.len()];
             for part in excluded {
                 for k in part.start.max(range.start)..part.end.min(range.end) {
@@ -195,6 +198,11 @@ impl Record {
     /// Slower than this the axis counts as at rest where friction is defined by rest, rad/s.
     pub fn rest_velocity_rad_s(&self) -> f64 {
         self.rad_per_count / REST_S
+    }
+
+    /// Slower than this the encoder tells nothing of the motion, rad/s.
+    pub fn still_rad_s(&self) -> f64 {
+        self.rad_per_count / STILL_S
     }
 
     /// Noise of a node from encoder, its clock and effort alone, N m rms, at an inertia and a speed.

@@ -25,6 +25,10 @@ const STIRS: f64 = 3.0;
 /// chance is a seventh of 50.
 const SPEEDS: usize = 4;
 const AT_ITS_SPEED: f64 = 0.25;
+/// Samples over which a speed is taken.
+const OVER: usize = 8;
+/// The quarter of slower motion is slower than the quarter of faster motion by this factor, or it is all one speed.
+const UNEVEN: f64 = 0.9;
 /// Fewest samples in each part of the speeds.
 const FEWEST: usize = 50;
 /// Parts of the speeds that noise is measured in.
@@ -50,7 +54,7 @@ impl Shown {
 
 /// Looks at positions sampled every `step_s` by an encoder of this count.
 pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
-    let (jitter_s, jitter_nats) = jitter(position_rad, step_s);
+    let (jitter_s, jitter_nats) = jitter(position_rad, step_s, rad_per_count);
     Shown {
         grid_rad: grid_rad(position_rad, rad_per_count),
         jitter_s,
@@ -119,11 +123,16 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
 /// Whether positions passed at any speed lie on a grid: those of one speed, sampled evenly, make a grid of their own.
 fn at_every_speed(position_rad: &[f64], grid_rad: f64, rad_per_count: f64) -> bool {
     let mut moving: Vec<(f64, f64)> = position_rad
-        .windows(2)
-        .map(|q| ((q[1] - q[0]).abs(), q[1]))
+        .windows(OVER + 1)
+        .map(|q| ((q[OVER] - q[0]).abs() / OVER as f64, q[OVER / 2]))
         .filter(|(step, _)| *step > STIRS * rad_per_count)
         .collect();
     moving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let quarter = moving.len() / 4;
+    let speed = |k: usize| moving.get(k).map_or(0.0, |x| x.0);
+    if speed(quarter) > UNEVEN * speed(3 * quarter) {
+        return false;
+    }
     let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
     moving.len() >= part
         && moving
@@ -142,8 +151,9 @@ fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &
 }
 
 /// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
-/// jerks out; noise that is there at every speed does not count. Gives the jitter, s, and what speaks for it, nats.
-fn jitter(position_rad: &[f64], step_s: f64) -> (f64, f64) {
+/// jerks out; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show. Gives the jitter, s, and what speaks for it, nats.
+fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
+    let quantisation = rad_per_count * rad_per_count / 12.0;
     let mut samples: Vec<(f64, f64)> = position_rad
         .windows(4)
         .map(|q| {
@@ -163,7 +173,7 @@ fn jitter(position_rad: &[f64], step_s: f64) -> (f64, f64) {
             let middle = rest.len() / 2;
             let median = *rest.select_nth_unstable_by(middle, f64::total_cmp).1;
             let speed = part.iter().map(|x| x.0 * x.0).sum::<f64>() / part.len() as f64;
-            (speed, (median / 0.6745).powi(2) / 20.0)
+            (speed, ((median / 0.6745).powi(2) / 20.0).max(quantisation))
         })
         .collect();
     let mean =
@@ -220,6 +230,9 @@ mod tests {
         }
         let fine: Vec<f64> = (0..10_000).map(|k| counted(moved(k))).collect();
         assert_eq!(shown(&fine, 1e-3, count).grid_rad, 0.0);
+        // One speed, whose steps are a grid of 4.3 counts.
+        let one: Vec<f64> = (0..10_000).map(|k| counted(4.3e-4 * k as f64)).collect();
+        assert_eq!(shown(&one, 1e-3, count).grid_rad, 0.0);
         // To and fro at 10 rad/s for two thirds of the time: 0.01 rad apart.
         let mut at = 0.0;
         let even: Vec<f64> = (0..10_000)
@@ -248,5 +261,10 @@ mod tests {
             .map(|k| (position(k) / 1e-3).floor() * 1e-3)
             .collect();
         assert!(shown(&coarse, 1e-3, 1e-3).jitter_s < 0.5e-4);
+        // Rests half of the time, and moves by some counts a sample else.
+        let rests: Vec<f64> = (0..20_000)
+            .map(|k| (position(k % 10_000 / 5_000 * (k % 5_000)) / 1e-3).floor() * 1e-3)
+            .collect();
+        assert_eq!(shown(&rests, 1e-3, 1e-3).jitter_nats, 0.0);
     }
 }
