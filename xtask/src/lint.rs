@@ -42,7 +42,11 @@ pub fn run() -> bool {
         };
         if can {
             // From the folder itself, whose configuration names the target.
-            let lint = ["clippy", "--release", "--", "-D", "warnings"];
+            // In the profile that it is built in afterwards.
+            let lint: &[&str] = match needs {
+                Needs::Target => &["clippy", "--release", "--", "-D", "warnings"],
+                Needs::Emulator => &["clippy", "--all-targets", "--", "-D", "warnings"],
+            };
             eprintln!("+ cd {folder} && cargo {}", lint.join(" "));
             clean &= Command::new("cargo")
                 .current_dir(folder)

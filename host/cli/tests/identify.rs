@@ -243,6 +243,42 @@ fn finds_the_parameters_of_a_virtual_axis() {
 }
 
 #[test]
+fn a_log_in_which_nothing_moves_is_left_out_beside_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let axis = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../axes/bench.toml");
+    let axis = axis.display().to_string();
+    for name in ["prbs", "sine"] {
+        let log = format!("{name}.csv");
+        let words = [
+            "run",
+            name,
+            "--axis",
+            &axis,
+            "--seconds",
+            "2",
+            "--out",
+            &log,
+        ];
+        assert!(bristle(folder.path(), &words).status.success());
+    }
+    let words = ["identify", "--axis", &axis, "--out", "fitted.toml"];
+    let still = bristle(folder.path(), &[&words[..], &["prbs.csv"]].concat());
+    assert_eq!(still.status.code(), Some(2));
+    let both = bristle(
+        folder.path(),
+        &[&words[..], &["prbs.csv", "sine.csv"]].concat(),
+    );
+    let errors = String::from_utf8_lossy(&both.stderr);
+    assert!(both.status.success(), "{errors}");
+    assert!(
+        errors.contains("left out: prbs.csv: never-moved"),
+        "{errors}"
+    );
+    let fitted = std::fs::read_to_string(folder.path().join("fitted.toml")).unwrap();
+    assert!(fitted.contains("# log sine.csv") && !fitted.contains("# log prbs.csv"));
+}
+
+#[test]
 fn bad_input_is_one_line_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

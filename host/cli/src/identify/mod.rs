@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let steps = steps::all(&usable, &axis);
     drop(progress);
 
-    let provenance = provenance(args)?;
+    let provenance = provenance(&usable)?;
     let text = joint::to_toml(&identified.file, &identified.estimates, &provenance);
     // A file that could not be read again is a fault of ours, found before it takes its name.
     AxisFile::parse(&text, &args.out)?;
@@ -142,13 +142,15 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Reads and inspects logs. What a fit should not see is left out; a log that would make it wrong is an error.
+/// Reads and inspects logs. What a fit should not see is left out, and a log in which nothing moves beside others; a log
+/// that would make it wrong is an error.
 fn usable(
     paths: &[PathBuf],
     axis: &AxisFile,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Usable>, InputError> {
     let mut usable = Vec::new();
+    let mut still = None;
     for path in paths {
         let log = Log::read(path)?;
         notes.extend(log.notices());
@@ -159,7 +161,13 @@ fn usable(
             .iter()
             .find(|finding| finding.severity == hygiene::Severity::Fatal);
         if let Some(finding) = fatal {
-            return Err(finding.error(path));
+            let error = finding.error(path);
+            if finding.code != hygiene::Code::NeverMoved {
+                return Err(error);
+            }
+            notes.push(format!("left out: {error}"));
+            still.get_or_insert(error);
+            continue;
         }
         notes.extend(
             inspected
@@ -177,7 +185,10 @@ fn usable(
             log,
         });
     }
-    Ok(usable)
+    match still {
+        Some(error) if usable.is_empty() => Err(error),
+        _ => Ok(usable),
+    }
 }
 
 /// Which stretches of a log no fit sees, and why.
@@ -203,11 +214,10 @@ fn left_out(path: &Path, log: &Log, excluded: &[hygiene::Excluded]) -> Option<St
     (!words.is_empty()).then(|| format!("{path}: left out of the fit: {}{more}", words.join(", ")))
 }
 
-fn provenance(args: &Args) -> Result<Provenance, InputError> {
-    let logs = args
-        .logs
+fn provenance(usable: &[Usable]) -> Result<Provenance, InputError> {
+    let logs = usable
         .iter()
-        .map(|path| Ok((path.display().to_string(), sha256(path)?)))
+        .map(|Usable { log, .. }| Ok((log.file.display().to_string(), sha256(&log.file)?)))
         .collect::<Result<Vec<_>, InputError>>()?;
     Ok(Provenance {
         command: output::command_line(),

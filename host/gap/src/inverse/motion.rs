@@ -10,6 +10,8 @@ use crate::signal::zero_phase;
 const LONGEST_S: f64 = 0.016;
 /// Width of an interval in standard deviations: 2 lets one sample in twenty narrow its window for nothing.
 const WIDTH: f64 = 2.0;
+/// Slopes of less difference are one, counts a sample: far above rounding, and a thousandth of a count over a long record.
+const ALIKE: f64 = 1e-9;
 /// Below this frequency the smoothed position follows the measured one, above it the integral of velocity, Hz.
 const FOLLOWS_HZ: f64 = 15.0;
 
@@ -43,6 +45,7 @@ pub fn position_noise_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
 /// encoder trembles on an edge, the path rests.
 pub fn shortest_path(reading_rad: &[f64], rad_per_count: f64) -> Vec<f64> {
     let half = 0.5 * rad_per_count;
+    let alike = ALIKE * rad_per_count;
     let mut path = Vec::with_capacity(reading_rad.len());
     let Some(&first) = reading_rad.first() else {
         return path;
@@ -65,11 +68,12 @@ pub fn shortest_path(reading_rad: &[f64], rad_per_count: f64) -> Vec<f64> {
                 next = Some((low_gate, low));
                 break;
             }
-            if to_low > low {
-                (low, low_gate) = (to_low, k);
+            // Of gates that are passed alike the last one: a trembling edge is one line.
+            if to_low > low - alike {
+                (low, low_gate) = (low.max(to_low), k);
             }
-            if to_high < high {
-                (high, high_gate) = (to_high, k);
+            if to_high < high + alike {
+                (high, high_gate) = (high.min(to_high), k);
             }
         }
         // What is left is passed with as little motion as possible.

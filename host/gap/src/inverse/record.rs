@@ -1,6 +1,7 @@
 //! A log prepared for inverse dynamics: even stretches of effort and smoothed motion, at some 2 kHz at most.
 
 use super::kernel::Kernel;
+use super::model::has_bristles;
 use super::motion::{position_noise_rad, shortest_path, smooth};
 use super::sensor::{Shown, shown};
 use crate::axis_file::AxisFile;
@@ -15,6 +16,10 @@ use std::ops::Range;
 const FASTEST_HZ: f64 = 2500.0;
 /// Longest kernel: three running means of 9 ms see a break-away of some 10 ms.
 const LONGEST_KERNEL_S: f64 = 0.009;
+/// Bristles that bend over fewer counts than these follow the shortest path rather than every count: what the path does not
+/// know, half a count at a turn, is then less than what an encoder makes that trembles on an edge. On a finer one the
+/// path's error outweighs the noise of counts, which averages out.
+const COARSE: f64 = 20.0;
 /// A count in this time, or less, is rest, s.
 const REST_S: f64 = 0.02;
 /// A count in this time, or less, is as good as none, s.
@@ -87,6 +92,8 @@ impl Record {
         let position = log.position_rad(axis)?;
         let sensor = shown(&position, log.median_step_s(), believed.rad_per_count());
         let rad_per_count = believed.rad_per_count().max(sensor.grid_rad);
+        let coarse = has_bristles(believed.model)
+            && believed.coulomb_nm < COARSE * rad_per_count * believed.stiffness_nm_rad;
         let kind = log.best_effort(axis)?.kind;
         let original_s = log.median_step_s();
         let averaged = ((1.0 / original_s / FASTEST_HZ).round() as usize).max(1);
@@ -106,7 +113,11 @@ impl Record {
             let u = means(time, &effort[range.clone()], &even, original_s);
             let full_noise = position_noise_rad(&q, rad_per_count);
             noise_rad = f64::max(noise_rad, full_noise / (averaged as f64).sqrt());
-            let q = shortest_path(&q, rad_per_count);
+            let q = if coarse {
+                shortest_path(&q, rad_per_count)
+            } else {
+                q
+            };
             let mut out: Vec<bool> = vec![false; range.len()];
             for part in excluded {
                 for k in part.start.max(range.start)..part.end.min(range.end) {
