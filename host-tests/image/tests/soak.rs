@@ -55,8 +55,8 @@ fn a_minute_with_a_stalling_host() {
     let continuity = session.heard.continuity;
     println!(
         "{ticks} ticks, {handled} handled, host stalled for {stalled}; {} samples received, {} lost and counted, \
-         {} frames dropped, {} queue overruns; latency at most {} and handler at most {} estimated cycles; {speed:.0} \
-         ticks/s",
+         {} frames dropped, {} queue overruns; latency at most {}, handler with its follower at most {} estimated \
+         cycles; {speed:.0} ticks/s",
         continuity.received,
         continuity.lost,
         report.frames_dropped,
