@@ -115,9 +115,11 @@ parameters! {
     friction_filter_s: 0.0 to 0.1,
 }
 
+const BENCH_INERTIA_KG_M2: f64 = 2.5246e-5;
+
 /// The virtual axis of `axes/bench.toml` at its sources; what that file does not hold is reasoned for here.
 pub const BENCH: Parameters = Parameters {
-    inertia_kg_m2: 2.5246e-5,
+    inertia_kg_m2: BENCH_INERTIA_KG_M2 as f32,
     counts_per_rev: 16384.0,
     coulomb_nm: 0.020,
     stiction_nm: 0.026,
@@ -152,7 +154,7 @@ pub const BENCH: Parameters = Parameters {
     index_tolerance_counts: 4.0,
     // As any axis whose file gives no gains.
     position_gain_1_s: (FIFTH * BANDWIDTH_RAD_S) as f32,
-    velocity_gain_nm_s_rad: (2.5246e-5 * BANDWIDTH_RAD_S) as f32,
+    velocity_gain_nm_s_rad: (BENCH_INERTIA_KG_M2 * BANDWIDTH_RAD_S) as f32,
     velocity_integral_1_s: (FIFTH * BANDWIDTH_RAD_S) as f32,
     // Off; `bristle compensate` shows what it does.
     friction_forward: 0.0,

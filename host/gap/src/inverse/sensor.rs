@@ -75,6 +75,9 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     if !span.is_finite() || span >= MOST_BINS as f64 || span < FEWEST_STEPS {
         return 0.0;
     }
+    let Some(moving) = at_several_speeds(position_rad, rad_per_count) else {
+        return 0.0;
+    };
     let length = (span as usize + 1).next_power_of_two();
     let mut seen = vec![0.0_f64; length];
     for q in position_rad {
@@ -112,7 +115,11 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
             .map(|off| (in_step_with(grid(off), position_rad.iter()), grid(off)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(0.0, |(_, grid)| grid);
-        if at_every_speed(position_rad, grid, rad_per_count) {
+        let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
+        let at_every_speed = moving
+            .chunks(part)
+            .all(|part| in_step_with(grid, part.iter()) > AT_ITS_SPEED);
+        if at_every_speed {
             return grid;
         }
         from = top + 2;
@@ -120,24 +127,21 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     0.0
 }
 
-/// Whether positions passed at any speed lie on a grid: those of one speed, sampled evenly, make a grid of their own.
-fn at_every_speed(position_rad: &[f64], grid_rad: f64, rad_per_count: f64) -> bool {
+/// Positions that were passed in motion, by their speed, the slowest first; none where they are few, or were all passed at one
+/// speed: sampled evenly, those make a grid of their own.
+fn at_several_speeds(position_rad: &[f64], rad_per_count: f64) -> Option<Vec<f64>> {
     let mut moving: Vec<(f64, f64)> = position_rad
         .windows(OVER + 1)
         .map(|q| ((q[OVER] - q[0]).abs() / OVER as f64, q[OVER / 2]))
         .filter(|(step, _)| *step > STIRS * rad_per_count)
         .collect();
+    if moving.len() < FEWEST {
+        return None;
+    }
     moving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let quarter = moving.len() / 4;
-    let speed = |k: usize| moving.get(k).map_or(0.0, |x| x.0);
-    if speed(quarter) > UNEVEN * speed(3 * quarter) {
-        return false;
-    }
-    let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
-    moving.len() >= part
-        && moving
-            .chunks(part)
-            .all(|part| in_step_with(grid_rad, part.iter().map(|(_, q)| q)) > AT_ITS_SPEED)
+    let one_speed = moving[quarter].0 > UNEVEN * moving[3 * quarter].0;
+    (!one_speed).then(|| moving.into_iter().map(|(_, q)| q).collect())
 }
 
 /// How far positions are in step with a grid: one where all lie on it, the inverse root of their number by chance.
@@ -151,7 +155,8 @@ fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &
 }
 
 /// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
-/// jerks out; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show. Gives the jitter, s, and what speaks for it, nats.
+/// jerks out; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show.
+/// Gives the jitter, s, and what speaks for it, nats.
 fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
     let quantisation = rad_per_count * rad_per_count / 12.0;
     let mut samples: Vec<(f64, f64)> = position_rad

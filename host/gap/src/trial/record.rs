@@ -6,7 +6,7 @@ use super::plant::Plant;
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
-use bristle_core::control::{Cascade, State};
+use bristle_core::control::{Cascade, FIFTH, State};
 
 /// Speed beyond which an axis has run away, as a multiple of what was planned.
 const RUN_AWAY: f64 = 4.0;
@@ -32,9 +32,9 @@ pub fn record(
     let rad_per_count = truth.rad_per_count();
     let bandwidth = plant.bandwidth_rad_s;
     let loop_ = Cascade::new(
-        0.2 * bandwidth,
+        FIFTH * bandwidth,
         plant.axis.axis.inertia * bandwidth,
-        0.2 * bandwidth,
+        FIFTH * bandwidth,
         truth.torque_limit_nm(),
         step_s,
     )
