@@ -22,7 +22,7 @@ impl Emulator {
         for (path, remedy) in [
             (
                 program,
-                "build it with `cargo build --release --manifest-path host-tests/image/Cargo.toml --bin emulate`, or name \
+                "build it with `cargo build --release --package bristle-image --bin emulate`, or name \
                  another by --emulator",
             ),
             (

@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
 /// Where `cargo` puts the emulator and the firmware, from the root of the sources.
-pub const EMULATOR: &str = "host-tests/image/target/release/emulate";
+pub const EMULATOR: &str = "target/release/emulate";
 pub const FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/bristle-firmware";
 
 /// On what.
