@@ -19,17 +19,23 @@ pub fn run() -> bool {
     };
     let image = firmware && built && setup::emulator_builds();
     // All packages at once, so that what they share is built once; and all tests, so that one failure does not hide another.
-    let mut host = vec!["test", "--workspace", "--no-fail-fast"];
-    if !image {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["test", "--workspace", "--no-fail-fast"]);
+    if image {
+        // For the commands that take `--on image`.
+        cargo.env("BRISTLE_EMULATOR", program("emulate"));
+        cargo.env(
+            "BRISTLE_FIRMWARE",
+            firmware::image(&target("firmware/target")),
+        );
+    } else {
         eprintln!("SKIPPED: image in the loop: the firmware, cmake or libclang is missing");
-        host.extend(WITHOUT_IMAGE);
+        cargo.args(WITHOUT_IMAGE);
     }
-    let host = sh("cargo", &host);
-    let image = !image || {
-        let counts = sh(&program("budgets"), &["--check"]);
-        commands_on_image() && counts
-    };
-    built && host && image
+    eprintln!("+ {cargo:?}");
+    let host = cargo.status().is_ok_and(|status| status.success());
+    let counts = !image || sh(&program("budgets"), &["--check"]);
+    built && host && counts
 }
 
 /// A program that the tests of the image were built with.
@@ -42,22 +48,6 @@ fn program(name: &str) -> String {
 fn target(otherwise: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR");
     target.map_or_else(|| firmware::root().join(otherwise), PathBuf::from)
-}
-
-/// The commands that take `--on image`, one after the other: each runs the image in real time.
-fn commands_on_image() -> bool {
-    let mut cargo = Command::new("cargo");
-    cargo
-        // As the tests before: one package alone has other features, and is built anew.
-        .args(["test", "--workspace", "--test", "image", "--test", "scope"])
-        .args(["--", "on_the_image", "--nocapture", "--test-threads", "1"])
-        .env("BRISTLE_EMULATOR", program("emulate"))
-        .env(
-            "BRISTLE_FIRMWARE",
-            firmware::image(&target("firmware/target")),
-        );
-    eprintln!("+ {cargo:?}");
-    cargo.status().is_ok_and(|status| status.success())
 }
 
 /// Counts the instructions of the control tick and its pieces, and writes them down.

@@ -43,7 +43,7 @@ fn format(path: &Path) -> Vec<(String, bool)> {
 
 #[test]
 fn on_the_image_every_experiment_makes_a_log_as_on_the_virtual_axis() {
-    let Some(image) = on_image() else {
+    let Some((_alone, image)) = on_image() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
@@ -83,7 +83,7 @@ fn on_the_image_every_experiment_makes_a_log_as_on_the_virtual_axis() {
 
 #[test]
 fn on_the_image_commissioning_finds_the_axis() {
-    let Some(image) = on_image() else {
+    let Some((_alone, image)) = on_image() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();

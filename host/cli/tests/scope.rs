@@ -152,7 +152,7 @@ fn it_arms_plays_records_sets_and_triggers_in_a_terminal() {
 
 #[test]
 fn on_the_image_the_scope_watches_and_records() {
-    let Some(image) = on_image() else {
+    let Some((_alone, image)) = on_image() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();

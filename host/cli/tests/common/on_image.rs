@@ -1,7 +1,12 @@
 //! The firmware's image in the emulator, which `cargo xtask test` builds and names.
 
-/// The options that name emulator and image; none, said loudly, where nobody names them.
-pub fn on_image() -> Option<[String; 6]> {
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Two images in real time at once are too much for two cores.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// The options that name emulator and image, for one test at a time; none, said loudly, where nobody names them.
+pub fn on_image() -> Option<(MutexGuard<'static, ()>, [String; 6])> {
     let named = |name: &str| std::env::var(name).ok();
     let (Some(emulator), Some(firmware)) = (named("BRISTLE_EMULATOR"), named("BRISTLE_FIRMWARE"))
     else {
@@ -18,5 +23,6 @@ pub fn on_image() -> Option<[String; 6]> {
         "--firmware",
         &firmware,
     ];
-    Some(words.map(str::to_owned))
+    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    Some((alone, words.map(str::to_owned)))
 }
