@@ -135,7 +135,7 @@ pub fn identify(
     })?;
     progress(0.8);
     let bias = match options.weighting {
-        Weighting::Noise => Bias::new(&data, &joint, &covariance, logs, axis)?,
+        Weighting::Noise => Bias::new(&data, &joint, &covariance)?,
         Weighting::Equal => Bias::none(joint.model.free.len()),
     };
     let mut all = estimates(&data, &joint, &covariance, &bias);

@@ -4,21 +4,12 @@
 //!
 //! Source: indirect inference, Gourieroux, Monfort, Renault 1993, J. Appl. Econometrics 8.
 
-use super::Usable;
 use super::file::simulated;
 use super::fit::{Data, Joint};
 use super::interval::Covariance;
-use crate::axis_file::AxisFile;
-use crate::believed::Noise as AxisNoise;
 use crate::diagnose::nodes;
 use crate::error::InputError;
-use crate::inverse::{self, Own, Owner, Record};
-use crate::log::{Effort, EffortKind, Log, Position};
-use crate::signal::interpolate;
-use bristle_plant::drive::DriveConfig;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+use crate::inverse::{self, Own, Owner};
 use rayon::prelude::*;
 
 /// Twins of a round, each with noise of its own.
@@ -31,8 +22,6 @@ const KNOWN: f64 = 0.35;
 const MOST: f64 = 0.7;
 /// Standard deviation of what is left of a bias, as a share of it.
 const DOUBT: f64 = 0.3;
-/// Bandwidth of what leads a twin along the measured motion, rad/s.
-const LEADS: f64 = 125.0;
 
 /// Bias of each coordinate and how well it is known.
 #[derive(Clone, Debug)]
@@ -59,13 +48,7 @@ impl Bias {
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub fn new(
-        data: &Data,
-        joint: &Joint,
-        covariance: &Covariance,
-        logs: &[Usable],
-        axis: &AxisFile,
-    ) -> Result<Self, InputError> {
+    pub fn new(data: &Data, joint: &Joint, covariance: &Covariance) -> Result<Self, InputError> {
         let free = &joint.model.free;
         let corrected: Vec<bool> = (0..free.len())
             .map(|i| {
@@ -83,7 +66,7 @@ impl Bias {
                 .into_par_iter()
                 .map(|twin| {
                     let seed = (round * TWINS + twin) as u64;
-                    answer(data, joint, &at, logs, axis, seed)
+                    answer(data, joint, &at, seed)
                 })
                 .collect::<Result<Vec<_>, InputError>>()?;
             for i in (0..free.len()).filter(|&i| corrected[i]) {
@@ -109,84 +92,20 @@ impl Bias {
 }
 
 /// What identification answers for an axis whose parameters are those at `at`.
-fn answer(
-    data: &Data,
-    joint: &Joint,
-    at: &[f64],
-    logs: &[Usable],
-    axis: &AxisFile,
-    seed: u64,
-) -> Result<Vec<f64>, InputError> {
+fn answer(data: &Data, joint: &Joint, at: &[f64], seed: u64) -> Result<Vec<f64>, InputError> {
     let mut truth = joint.clone();
     truth.fit.at = at.to_vec();
+    let axis = simulated(&truth);
     let records = data
         .records
         .iter()
-        .zip(logs)
         .enumerate()
-        .map(|(place, (record, usable))| {
-            let log = record_twin(&truth, record, &usable.log, seed * 1000 + place as u64)?;
-            Record::new(&log, axis, &joint.believed(), &[])
+        .map(|(place, record)| {
+            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
+            inverse::twin(&axis, record, noise_nm, seed * 1000 + place as u64)
         })
         .collect::<Result<Vec<_>, InputError>>()?;
     let nodes = nodes(&records, data.z_ss_rad);
     let weights = data.noise.weights(&nodes);
     Ok(inverse::fit_alone(&joint.model, &records, &weights, at.to_vec())?.at)
-}
-
-/// The record that an axis with the fitted parameters would have left, led along the measured motion.
-fn record_twin(truth: &Joint, record: &Record, log: &Log, seed: u64) -> Result<Log, InputError> {
-    let mut believed = simulated(truth);
-    if !record.commanded {
-        believed.drive = DriveConfig::default();
-    }
-    let step_s = record.step_s / record.averaged as f64;
-    let unit = believed.unit;
-    let empty = || InputError::new(&log.file, "has no stretch to simulate", "record for longer");
-    let stretch = record
-        .stretches
-        .iter()
-        .max_by_key(|stretch| stretch.effort_nm.len())
-        .ok_or_else(empty)?;
-    let samples = stretch.effort_nm.len() * record.averaged;
-    let time_s: Vec<f64> = (0..samples).map(|k| k as f64 * step_s).collect();
-    let coarse: Vec<f64> = (0..stretch.effort_nm.len())
-        .map(|k| k as f64 * record.step_s)
-        .collect();
-    let position = interpolate(&coarse, &stretch.smooth_rad, &time_s);
-    let velocity = interpolate(&coarse, &stretch.velocity_rad_s, &time_s);
-    let inertia = believed.whole_inertia_kg_m2();
-    let mut twin = believed
-        .axis(believed.model, step_s, AxisNoise::default(), seed)?
-        .starting_at(position[0], velocity[0]);
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
-    let (mut efforts, mut positions) = (Vec::new(), Vec::new());
-    for k in 0..samples {
-        let motion = twin.truth().motion;
-        let lead = LEADS * LEADS * (position[k] - motion.position_rad)
-            + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
-        let effort = stretch.effort_nm[k / record.averaged] + inertia * lead;
-        positions.push(twin.reading().counts as f64 * believed.rad_per_count());
-        twin.advance(effort);
-        let noise: f64 = StandardNormal.sample(&mut random);
-        efforts.push(effort + noise_nm * noise);
-    }
-    if positions.iter().chain(&efforts).any(|x| !x.is_finite()) {
-        return Err(believed.diverged(time_s[samples - 1]));
-    }
-    Ok(Log::new(
-        log.file.clone(),
-        unit,
-        time_s,
-        vec![Effort {
-            kind: if record.commanded {
-                EffortKind::TorqueReference
-            } else {
-                EffortKind::TorqueMeasured
-            },
-            values: efforts,
-        }],
-        Position::of(unit, positions),
-    ))
 }
