@@ -158,6 +158,11 @@ impl<T: Real> Friction<T> for BlimanSorine<T> {
     fn steady_state_nm(&self, velocity_rad_s: T) -> T {
         self.coulomb_nm() * velocity_rad_s.sgn()
     }
+
+    fn rescale(&self, state: &mut BlimanSorineState<T>, times: T) {
+        state.fast_nm = state.fast_nm * times;
+        state.slow_nm = state.slow_nm * times;
+    }
 }
 
 #[cfg(test)]

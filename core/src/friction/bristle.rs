@@ -175,6 +175,12 @@ impl<T: Real, const N: usize> Friction<T> for Bristle<T, N> {
         }
         sum / T::of_count(N as i32)
     }
+
+    fn rescale(&self, state: &mut BristleState<T, N>, times: T) {
+        for bend in &mut state.bend_rad {
+            *bend = *bend * times;
+        }
+    }
 }
 
 #[cfg(test)]

@@ -112,6 +112,10 @@ impl<T: Real> Friction<T> for Dahl<T> {
     fn deflection_rad(&self, state: &DahlState<T>) -> T {
         state.z_rad
     }
+
+    fn rescale(&self, state: &mut DahlState<T>, times: T) {
+        state.z_rad = state.z_rad * times;
+    }
 }
 
 #[cfg(test)]

@@ -181,6 +181,10 @@ impl<T: Real, C: Curve<T>> Friction<T> for ElastoPlastic<T, C> {
     fn deflection_rad(&self, state: &State<T>) -> T {
         state.z_rad
     }
+
+    fn rescale(&self, state: &mut State<T>, times: T) {
+        state.z_rad = state.z_rad * times;
+    }
 }
 
 /// (1 + sin(pi (x - 1/2)))/2 for x from 0 to 1.

@@ -174,6 +174,10 @@ impl<T: Real, C: Curve<T>> Friction<T> for LuGre<T, C> {
     fn deflection_rad(&self, state: &LuGreState<T>) -> T {
         state.z_rad
     }
+
+    fn rescale(&self, state: &mut LuGreState<T>, times: T) {
+        state.z_rad = state.z_rad * times;
+    }
 }
 
 #[cfg(test)]

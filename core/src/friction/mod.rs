@@ -100,4 +100,9 @@ pub trait Friction<T: Real> {
         let _ = state;
         T::ZERO
     }
+
+    /// Multiplies the deflection of the bristles and the load that they bear; nothing for models without bristles.
+    fn rescale(&self, state: &mut Self::State, times: T) {
+        let _ = (state, times);
+    }
 }

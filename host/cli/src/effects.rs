@@ -153,7 +153,7 @@ printed by `bristle effects --markdown`; each effect stands with its source and 
 
 In the equations q and v are position and velocity of the motor, or of the load for friction; u is the torque before the
 effect, tau the torque on the rotor, F friction, F_C Coulomb friction, J the inertia, t the time since the start of the
-record.
+record. Of a model with bristles an effect changes the level that they slide at; their stiffness stays.
 
 | role | |
 |---|---|

@@ -4,6 +4,7 @@
 //! friction models' implicit step that is symplectic in stick and bounded in slip. It is of first order: halving the
 //! step halves what is left, see the test `halving_the_step`.
 
+use crate::affected::Affected;
 use crate::contact::{Contact, Levels};
 use crate::drive::{Drive, DriveConfig};
 use crate::effect::{Effect, Instant, Plain};
@@ -37,7 +38,7 @@ pub struct Axis {
     config: AxisConfig,
     drive: Drive,
     keeps: f64,
-    contact: Box<dyn Contact>,
+    contact: Affected,
     effects: Vec<Box<dyn Effect>>,
     motion: Motion,
     reading: Option<Reading>,
@@ -100,43 +101,6 @@ fn steps_with(
     steps
 }
 
-/// Friction torque of a step with the effects in it, N m, on what moves with the load's velocity.
-#[inline]
-pub fn rub(
-    contact: &mut dyn Contact,
-    effects: &mut [Box<dyn Effect>],
-    now: &Instant,
-    applied_nm: f64,
-) -> f64 {
-    let velocity_rad_s = now.motion.load_velocity_rad_s;
-    // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
-    let held = !effects.is_empty()
-        && contact.holds_at_rest()
-        && contact.steady_state_nm(velocity_rad_s) == 0.0;
-    let mut friction = contact.step(bristle_core::friction::Motion {
-        velocity_rad_s,
-        applied_nm: if held {
-            f64::MAX.copysign(applied_nm)
-        } else {
-            applied_nm
-        },
-        dt_s: now.step_s,
-    });
-    friction = changed(effects, now, friction);
-    if held && applied_nm.abs() <= friction.abs() {
-        applied_nm
-    } else {
-        friction
-    }
-}
-
-/// What effects make of the friction of a contact, N m.
-pub fn changed(effects: &mut [Box<dyn Effect>], now: &Instant, friction_nm: f64) -> f64 {
-    effects.iter_mut().fold(friction_nm, |friction_nm, effect| {
-        effect.friction(now, friction_nm)
-    })
-}
-
 impl Axis {
     /// An axis at rest at position zero. Effects may take part of its inertia behind a coupling and ask for more steps.
     pub fn new(
@@ -164,7 +128,7 @@ impl Axis {
             config,
             keeps: drive.keeps(config.sample_time_s / f64::from(config.steps)),
             drive,
-            contact,
+            contact: Affected::new(contact, &effects),
             effects,
             motion: Motion::default(),
             reading: None,
@@ -194,11 +158,7 @@ impl Axis {
     pub fn resumed(mut self, samples: u64, torque_nm: f64, stiffness_nm_rad: f64) -> Self {
         self.samples = samples;
         let dt_s = self.config.sample_time_s;
-        self.friction_nm = self.contact.step(bristle_core::friction::Motion {
-            velocity_rad_s: torque_nm / stiffness_nm_rad / dt_s,
-            applied_nm: torque_nm,
-            dt_s,
-        });
+        self.friction_nm = self.contact.bear(torque_nm, stiffness_nm_rad, dt_s);
         self
     }
 
@@ -278,7 +238,7 @@ impl Axis {
                 .mechanics
                 .torque_at_friction_nm(&self.motion, torque);
             now.motion = self.config.mechanics.at_friction(&self.motion);
-            let friction = rub(self.contact.as_mut(), &mut self.effects, &now, applied);
+            let friction = self.contact.step(&mut self.effects, &now, applied);
             let before = self.motion.velocity_rad_s;
             self.config.mechanics.kick(
                 &mut self.motion,

@@ -12,6 +12,8 @@ pub trait Contact: Send {
     fn holds_at_rest(&self) -> bool;
     /// Friction torque after a long time at constant velocity, N m.
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64;
+    /// See [`Friction::rescale`].
+    fn rescale(&mut self, times: f64);
     /// The fastest rate of an inertia on it, where it is stiffer than what the axis was cut into steps for, 1/s.
     fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
         let _ = inertia_kg_m2;
@@ -70,6 +72,10 @@ where
 
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
         self.model.steady_state_nm(velocity_rad_s)
+    }
+
+    fn rescale(&mut self, times: f64) {
+        self.model.rescale(&mut self.state, times);
     }
 }
 

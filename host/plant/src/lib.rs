@@ -2,6 +2,7 @@
 //!
 //! Everything is f64 and deterministic: the same configuration, seed and input give the same result bit for bit.
 
+pub mod affected;
 pub mod axis;
 pub mod contact;
 pub mod drive;

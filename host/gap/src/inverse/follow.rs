@@ -5,7 +5,7 @@
 
 use super::record::{Record, Stretch};
 use bristle_core::friction::Motion as ContactMotion;
-use bristle_plant::axis::{changed, rub};
+use bristle_plant::affected::{Affected, changed, levelled};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
 use bristle_plant::effect::{Coupling, Effect, Instant, Plain};
@@ -62,6 +62,10 @@ impl Contact for HalfWay {
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
         self.0.steady_state_nm(velocity_rad_s)
     }
+
+    fn rescale(&mut self, times: f64) {
+        self.0.rescale(times);
+    }
 }
 
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
@@ -117,19 +121,16 @@ pub fn left_over(
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
     let as_measured = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()))
         && on_motor
-        && corrected.is_none();
+        && corrected.is_none()
+        && !levelled(contact.as_ref(), &running.effects);
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
+    let mut contact = Affected::new(Box::new(HalfWay(contact)), &running.effects);
     if let Some(stiffness) = running.stiffness_nm_rad {
-        contact.step(ContactMotion {
-            velocity_rad_s: stretch.effort_nm[0] / stiffness / step_s,
-            applied_nm: stretch.effort_nm[0],
-            dt_s: step_s,
-        });
+        contact.bear(stretch.effort_nm[0], stiffness, step_s);
     }
-    let mut contact = HalfWay(contact);
     let holds = contact.holds_at_rest();
     let rest_rad_s = record.rest_velocity_rad_s();
     let later = Later::new(running.skew_samples);
@@ -187,11 +188,7 @@ pub fn left_over(
         let opposed = if as_measured && !(holds && v == 0.0) {
             let own_nm = match &rubbing {
                 Rubbing::Known(known_nm) => known_nm[k],
-                _ => contact.step(ContactMotion {
-                    velocity_rad_s: v,
-                    applied_nm: torque - inertia * acceleration,
-                    dt_s: step_s,
-                }),
+                _ => contact.step(&mut [], &now, torque - inertia * acceleration),
             };
             if let Rubbing::Kept(kept_nm) = &mut rubbing {
                 kept_nm[k] = own_nm;
@@ -199,15 +196,10 @@ pub fn left_over(
             changed(&mut running.effects, &now, own_nm)
         } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
             load.advance(&now, |now, applied_nm| {
-                rub(&mut contact, &mut running.effects, now, applied_nm)
+                contact.step(&mut running.effects, now, applied_nm)
             })
         } else {
-            rub(
-                &mut contact,
-                &mut running.effects,
-                &now,
-                torque - inertia * acceleration,
-            )
+            contact.step(&mut running.effects, &now, torque - inertia * acceleration)
         };
         balance.push(torque - opposed);
     }

@@ -12,6 +12,8 @@ pub(super) trait Bristles: Send {
     fn share(&mut self, motion: &Motion<f64>) -> f64;
     /// rad
     fn deflection_rad(&self) -> f64;
+    /// Multiplies it, and the share that goes with it.
+    fn rescale(&mut self, times: f64);
     /// Steepest slope of the share over deflection, 1/rad, and of the share over its rate, s/rad.
     fn slopes(&self) -> [f64; 2];
 }
@@ -72,6 +74,10 @@ impl<B: Bristles> Contact for OnBristles<B> {
 
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
         self.inner.steady_state_nm(velocity_rad_s)
+    }
+
+    fn rescale(&mut self, times: f64) {
+        self.bristles.rescale(times);
     }
 
     fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Friction that differs by direction: Coulomb friction larger by a share one way and smaller by it the other, and a
 //! difference of viscous friction.
 //!
-//! F + share F_C + c |v|; in presliding the share is of the friction there is.
+//! F + share F_C + c |v|.
 //!
 //! Source: Armstrong-Helouvry, "Control of Machines with Friction", Kluwer, 1991, ch. 4 (left and right friction of the
 //! same joint identified apart).
@@ -19,8 +19,12 @@ impl Effect for Asymmetry {
         self.coulomb_nm = plain.levels.coulomb_nm;
     }
 
+    fn changes_level(&self) -> bool {
+        true
+    }
+
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
-        // The size of friction, not the sign of velocity: the two agree in sliding, and this has no step in presliding.
+        // The size of friction, not the sign of velocity: the two agree in sliding, and bristles turn round with the former.
         friction_nm
             + self.share * friction_nm.abs().min(self.coulomb_nm)
             + self.viscous_nm_s_rad * now.motion.load_velocity_rad_s.abs()

@@ -18,6 +18,10 @@ struct Dwell {
 }
 
 impl Effect for Dwell {
+    fn changes_level(&self) -> bool {
+        true
+    }
+
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let q = now.motion.load_position_rad;
         let before = self.anchor_rad.unwrap_or(q);

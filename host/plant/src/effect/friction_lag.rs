@@ -80,6 +80,10 @@ impl Contact for Lagging {
         self.inner.steady_state_nm(velocity_rad_s)
     }
 
+    fn rescale(&mut self, times: f64) {
+        self.inner.rescale(times);
+    }
+
     fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
         self.inner.fastest_rate_1_s(inertia_kg_m2)
     }

@@ -1,6 +1,6 @@
 //! Friction that grows with the torque through a gear, screw or bearing.
 //!
-//! F + mu |tau - J_m a| sgn(F), with J_m what is accelerated before the contact; in presliding the sign is F/F_C.
+//! F + mu |tau - J_m a| sgn(F), with J_m what is accelerated before the contact.
 //!
 //! Source: Dohring, Lee, Newman, "A load-dependent transmission friction model", IEEE ICRA, 1993.
 
@@ -15,6 +15,10 @@ struct Load {
 impl Effect for Load {
     fn begin(&mut self, plain: &Plain) {
         self.coulomb_nm = plain.levels.coulomb_nm;
+    }
+
+    fn changes_level(&self) -> bool {
+        true
     }
 
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {

@@ -70,6 +70,12 @@ impl Bristles for MaxwellSlip {
         each.map(|(share, reach)| share * reach).sum::<f64>() / ELEMENTS as f64
     }
 
+    fn rescale(&mut self, times: f64) {
+        for share in &mut self.shares {
+            *share = (*share * times).clamp(-1.0, 1.0);
+        }
+    }
+
     fn slopes(&self) -> [f64; 2] {
         let slope = self.reach_rad.iter().map(|reach| 1.0 / reach).sum::<f64>() / ELEMENTS as f64;
         [slope, slope * self.damping_s]

@@ -19,6 +19,10 @@ impl Effect for Position {
         self.coulomb_nm = plain.levels.coulomb_nm;
     }
 
+    fn changes_level(&self) -> bool {
+        true
+    }
+
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let q = now.motion.load_position_rad;
         let wave = self.amplitude_share * (self.wave_rad * q + self.phase_rad).sin();

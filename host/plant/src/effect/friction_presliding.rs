@@ -58,6 +58,12 @@ impl Bristles for Option<Elastic> {
         self.as_ref().map_or(0.0, |elastic| elastic.state.z_rad)
     }
 
+    fn rescale(&mut self, times: f64) {
+        if let Some(elastic) = self {
+            elastic.model.rescale(&mut elastic.state, times);
+        }
+    }
+
     fn slopes(&self) -> [f64; 2] {
         self.as_ref().map_or([0.0; 2], |elastic| {
             let model = &elastic.model;

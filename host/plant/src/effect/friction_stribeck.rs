@@ -19,6 +19,10 @@ impl Effect for StribeckHump {
         self.coulomb_nm = plain.levels.coulomb_nm;
     }
 
+    fn changes_level(&self) -> bool {
+        true
+    }
+
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let speed = now.motion.load_velocity_rad_s.abs() / self.velocity_rad_s;
         let left = (-speed.powf(self.exponent)).exp();

@@ -13,6 +13,10 @@ struct Thermal {
 }
 
 impl Effect for Thermal {
+    fn changes_level(&self) -> bool {
+        true
+    }
+
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let warm = -(-now.time_s.max(0.0) / self.warm_up_s).exp_m1();
         friction_nm * (1.0 - self.fall_share * warm)

@@ -59,11 +59,16 @@ pub trait Effect: Send {
         1.0
     }
 
-    /// Friction torque, N m. At rest under a model that holds there, what is passed in and given back is the break-away
-    /// torque.
+    /// Friction torque in sliding, N m; at rest, what is passed in and given back is the break-away torque. Called once a
+    /// step.
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let _ = now;
         friction_nm
+    }
+
+    /// Whether it does so by the level of dry friction, which bristles then slide at; else it adds to their friction.
+    fn changes_level(&self) -> bool {
+        false
     }
 
     /// Motor position as the sensor sees it, rad.

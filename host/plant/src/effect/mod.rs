@@ -37,7 +37,7 @@ mod sensor_jitter;
 mod sensor_lost_counts;
 mod sensor_quantization;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use hook::{Coupling, Effect, Instant, Plain};
 pub use parameter::{Entry, Kind, Parameter, Scale};

@@ -1,0 +1,207 @@
+//! Friction of a contact with what effects make of it.
+//!
+//! An effect says what becomes of friction in sliding, or at break-away. Static friction is no more than that. Bristles are
+//! as stiff with an effect as without: what changes is the level that they slide at. With z = s y, the model of y at the
+//! velocity v/s is that of z at v with s times the level of dry friction, and its friction is s times that of y; the
+//! Stribeck velocity goes with s. Where s changes y is rescaled, so that z and the torque in presliding have no step.
+
+use crate::contact::{Contact, Levels};
+use crate::effect::{Effect, Instant};
+use bristle_core::friction::Motion;
+
+/// A speed at which nothing is left of any Stribeck curve, rad/s.
+const FAST_RAD_S: f64 = 1e3;
+/// Least and most that an effect makes of the level: friction stays friction.
+const TIMES: [f64; 2] = [0.02, 50.0];
+
+/// A contact and its level as effects have it.
+pub struct Affected {
+    contact: Box<dyn Contact>,
+    /// Whether effects change the level of bristles.
+    levelled: bool,
+    creep_rad_s: f64,
+    viscous_nm_s_rad: f64,
+    times: f64,
+}
+
+impl Affected {
+    /// A contact that these effects act on.
+    pub fn new(contact: Box<dyn Contact>, effects: &[Box<dyn Effect>]) -> Self {
+        let (mut creep_rad_s, mut viscous_nm_s_rad) = (0.0, 0.0);
+        let levelled = levelled(contact.as_ref(), effects);
+        if levelled {
+            creep_rad_s = Levels::of(contact.as_ref()).creep_rad_s;
+            let fast_nm = [1.0, 2.0].map(|times| contact.steady_state_nm(times * FAST_RAD_S));
+            viscous_nm_s_rad = (fast_nm[1] - fast_nm[0]) / FAST_RAD_S;
+        }
+        Self {
+            levelled,
+            creep_rad_s,
+            viscous_nm_s_rad,
+            times: 1.0,
+            contact,
+        }
+    }
+
+    /// Friction torque of a step, N m, on what moves with the load's velocity.
+    #[inline]
+    pub fn step(&mut self, effects: &mut [Box<dyn Effect>], now: &Instant, applied_nm: f64) -> f64 {
+        if self.levelled {
+            return self.on_bristles(effects, now, applied_nm);
+        }
+        let velocity_rad_s = now.motion.load_velocity_rad_s;
+        // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
+        let held = !effects.is_empty()
+            && self.contact.holds_at_rest()
+            && self.contact.steady_state_nm(velocity_rad_s) == 0.0;
+        let friction_nm = self.contact.step(Motion {
+            velocity_rad_s,
+            applied_nm: if held {
+                f64::MAX.copysign(applied_nm)
+            } else {
+                applied_nm
+            },
+            dt_s: now.step_s,
+        });
+        let friction_nm = changed(effects, now, friction_nm);
+        if held && applied_nm.abs() <= friction_nm.abs() {
+            applied_nm
+        } else {
+            friction_nm
+        }
+    }
+
+    fn on_bristles(
+        &mut self,
+        effects: &mut [Box<dyn Effect>],
+        now: &Instant,
+        applied_nm: f64,
+    ) -> f64 {
+        let velocity_rad_s = now.motion.load_velocity_rad_s;
+        let speed_rad_s = velocity_rad_s.abs().max(self.creep_rad_s);
+        let level_nm = self.contact.steady_state_nm(speed_rad_s);
+        let viscous_nm = self.viscous_nm_s_rad * speed_rad_s;
+        let side = self.side(velocity_rad_s, now.step_s);
+        let becomes_nm = side * changed(effects, now, side * level_nm);
+        let dry_nm = (level_nm - viscous_nm).max(f64::MIN_POSITIVE);
+        let times = ((becomes_nm - viscous_nm) / dry_nm).clamp(TIMES[0], TIMES[1]);
+        self.contact.rescale(self.times / times);
+        self.times = times;
+        times
+            * self.contact.step(Motion {
+                velocity_rad_s: velocity_rad_s / times,
+                applied_nm: applied_nm / times,
+                dt_s: now.step_s,
+            })
+    }
+
+    /// Which way the bristles are bent at the end of a step.
+    fn side(&self, velocity_rad_s: f64, step_s: f64) -> f64 {
+        let z_rad = self.deflection_rad();
+        (z_rad + velocity_rad_s * step_s).signum()
+    }
+
+    /// Bends the bristles of a stiffness until they bear a torque; gives the friction torque of the step that does, N m.
+    pub fn bear(&mut self, torque_nm: f64, stiffness_nm_rad: f64, step_s: f64) -> f64 {
+        self.contact.step(Motion {
+            velocity_rad_s: torque_nm / stiffness_nm_rad / step_s,
+            applied_nm: torque_nm,
+            dt_s: step_s,
+        })
+    }
+
+    /// Bristle deflection, rad.
+    pub fn deflection_rad(&self) -> f64 {
+        self.times * self.contact.deflection_rad()
+    }
+
+    /// See [`Contact::holds_at_rest`].
+    pub fn holds_at_rest(&self) -> bool {
+        self.contact.holds_at_rest()
+    }
+}
+
+/// Whether effects change the level of a contact's bristles: then its friction is not its own with something added.
+pub fn levelled(contact: &dyn Contact, effects: &[Box<dyn Effect>]) -> bool {
+    !contact.holds_at_rest() && effects.iter().any(|effect| effect.changes_level())
+}
+
+/// What effects make of friction in sliding, N m.
+pub fn changed(effects: &mut [Box<dyn Effect>], now: &Instant, friction_nm: f64) -> f64 {
+    effects.iter_mut().fold(friction_nm, |friction_nm, effect| {
+        effect.friction(now, friction_nm)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::build;
+    use crate::effect::testing::{PLAIN, SAMPLE_S, at, bristles};
+    use crate::unit::Unit;
+    use std::collections::BTreeMap;
+
+    /// The axis's bristles, 0.02 N m, 10 N m/rad, 0.02 N m s/rad and 1e-3 viscous, under an effect.
+    fn under(id: &str, parameters: &[(&str, f64)]) -> impl FnMut(f64, u32) -> (f64, f64) {
+        let values: BTreeMap<String, f64> = parameters
+            .iter()
+            .map(|(n, x)| (n.to_string(), *x))
+            .collect();
+        let mut effects = vec![build(id, &values, Unit::Rotary).unwrap()];
+        effects[0].begin(&PLAIN);
+        let mut affected = Affected::new(bristles(), &effects);
+        let mut time_s = 0.0;
+        // Friction at the end, N m, and by how far the bristles bent, rad.
+        move |velocity_rad_s, samples| {
+            let before_rad = affected.deflection_rad();
+            let mut friction_nm = 0.0;
+            for _ in 0..samples {
+                let mut now = at(0.0, velocity_rad_s);
+                now.step_s = SAMPLE_S;
+                now.time_s = time_s;
+                time_s += SAMPLE_S;
+                friction_nm = affected.step(&mut effects, &now, 0.0);
+            }
+            (friction_nm, affected.deflection_rad() - before_rad)
+        }
+    }
+
+    #[test]
+    fn bristles_are_as_stiff_and_slide_at_another_level() {
+        let mut step = under("friction.asymmetry", &[("share", 0.2)]);
+        for v in [0.1, -0.1] {
+            // Half a millirad of 2 mrad, there and back.
+            let (friction_nm, bent_rad) = step(v, 50);
+            assert!((bent_rad - v * 50.0 * SAMPLE_S).abs() < 1e-15, "{bent_rad}");
+            let spring_nm = if v > 0.0 { 10.0 * bent_rad } else { 0.0 };
+            assert!((friction_nm - spring_nm - 0.021 * v).abs() < 1e-12);
+        }
+        // 0.02 N m, a fifth more and a fifth less; after 50 of the larger z_ss e^-50 is left of what was before.
+        for (v, level_nm) in [(1.0, 0.024), (-1.0, -0.016)] {
+            let (friction_nm, _) = step(v, 1200);
+            assert!(
+                (friction_nm - level_nm - 1e-3 * v).abs() < 1e-12,
+                "{friction_nm}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_bent_stays_bent_while_the_level_changes() {
+        let mut step = under(
+            "friction.thermal",
+            &[("fall_share", 0.5), ("warm_up_s", 0.1)],
+        );
+        let (bends_nm, _) = step(0.1, 50);
+        // A second at rest, in which the level falls by half: the spring's torque stays, the damping's goes.
+        let (rests_nm, bent_rad) = step(0.0, 10_000);
+        assert!(
+            (bends_nm - 0.021 * 0.1 - rests_nm).abs() < 1e-12,
+            "{rests_nm}"
+        );
+        assert!(bent_rad.abs() < 1e-15);
+        // The fall is e^-10 short of a half, of viscous friction too.
+        let (slides_nm, _) = step(1.0, 1200);
+        assert!((slides_nm - 0.5 * 0.021).abs() < 2e-5, "{slides_nm}");
+    }
+}
