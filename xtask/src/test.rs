@@ -17,7 +17,7 @@ pub fn run() -> bool {
         eprintln!("SKIPPED: the firmware: {} is not installed", setup::TARGET);
         true
     };
-    let image = firmware && built && setup::emulator_builds();
+    let image = firmware && setup::emulator_builds();
     // All packages at once, so that what they share is built once; and all tests, so that one failure does not hide another.
     let mut cargo = Command::new("cargo");
     cargo.args(["test", "--workspace", "--no-fail-fast"]);
@@ -29,7 +29,7 @@ pub fn run() -> bool {
             firmware::image(&target("firmware/target")),
         );
     } else {
-        eprintln!("SKIPPED: image in the loop: the firmware, cmake or libclang is missing");
+        eprintln!("SKIPPED: image in the loop: the target, cmake or libclang is missing");
         cargo.args(WITHOUT_IMAGE);
     }
     eprintln!("+ {cargo:?}");

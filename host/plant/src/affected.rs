@@ -17,7 +17,6 @@ const TIMES: [f64; 2] = [0.02, 50.0];
 /// A contact and its level as effects have it.
 pub struct Affected {
     contact: Box<dyn Contact>,
-    /// Whether effects change the level of bristles.
     levelled: bool,
     creep_rad_s: f64,
     viscous_nm_s_rad: f64,
@@ -28,7 +27,8 @@ impl Affected {
     /// A contact that these effects act on.
     pub fn new(contact: Box<dyn Contact>, effects: &[Box<dyn Effect>]) -> Self {
         let (mut creep_rad_s, mut viscous_nm_s_rad) = (0.0, 0.0);
-        let levelled = levelled(contact.as_ref(), effects);
+        let levelled =
+            !contact.holds_at_rest() && effects.iter().any(|effect| effect.changes_level());
         if levelled {
             creep_rad_s = Levels::of(contact.as_ref()).creep_rad_s;
             let fast_nm = [1.0, 2.0].map(|times| contact.steady_state_nm(times * FAST_RAD_S));
@@ -115,15 +115,15 @@ impl Affected {
         self.times * self.contact.deflection_rad()
     }
 
+    /// Whether effects change the level of its bristles: then its friction is not its own with something added.
+    pub fn levelled(&self) -> bool {
+        self.levelled
+    }
+
     /// See [`Contact::holds_at_rest`].
     pub fn holds_at_rest(&self) -> bool {
         self.contact.holds_at_rest()
     }
-}
-
-/// Whether effects change the level of a contact's bristles: then its friction is not its own with something added.
-pub fn levelled(contact: &dyn Contact, effects: &[Box<dyn Effect>]) -> bool {
-    !contact.holds_at_rest() && effects.iter().any(|effect| effect.changes_level())
 }
 
 /// What effects make of friction in sliding, N m.

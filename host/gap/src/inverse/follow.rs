@@ -5,7 +5,7 @@
 
 use super::record::{Record, Stretch};
 use bristle_core::friction::Motion as ContactMotion;
-use bristle_plant::affected::{Affected, changed, levelled};
+use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
 use bristle_plant::effect::{Coupling, Effect, Instant, Plain};
@@ -119,15 +119,13 @@ pub fn left_over(
         coupling = effect.coupling(inertia).or(coupling);
     }
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
-    let as_measured = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()))
-        && on_motor
-        && corrected.is_none()
-        && !levelled(contact.as_ref(), &running.effects);
+    let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
     let mut contact = Affected::new(Box::new(HalfWay(contact)), &running.effects);
+    let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
     if let Some(stiffness) = running.stiffness_nm_rad {
         contact.bear(stretch.effort_nm[0], stiffness, step_s);
     }
