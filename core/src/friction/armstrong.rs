@@ -257,6 +257,12 @@ impl<T: Real, const N: usize> Friction<T> for Armstrong<T, N> {
         };
         torque / self.stiffness_nm_rad
     }
+
+    fn rescale(&self, state: &mut ArmstrongState<T, N>, times: T) {
+        if let Contact::Stick { spring_nm, .. } = &mut state.contact {
+            *spring_nm = *spring_nm * times;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -294,6 +300,19 @@ mod tests {
         // The peak is B and the viscous part of 1e-3 rad/s.
         assert!((break_away(&f, &mut s) - 0.026 - 3e-6).abs() < 1e-9);
         assert!(s.slips());
+    }
+
+    #[test]
+    fn in_stick_the_spring_is_rescaled_and_in_slip_nothing_is() {
+        let f = model(0.0, 1.0);
+        let mut s = ArmstrongState::default();
+        f.step(&mut s, at(1.0, 1e-3));
+        f.rescale(&mut s, 0.5);
+        assert!((f.deflection_rad(&s) - 5e-4).abs() < 1e-18);
+        break_away(&f, &mut s);
+        let before = s;
+        f.rescale(&mut s, 0.5);
+        assert_eq!(s, before);
     }
 
     #[test]
