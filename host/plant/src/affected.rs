@@ -1,45 +1,26 @@
 //! Friction of a contact with what effects make of it.
 //!
-//! An effect says what becomes of friction in sliding, or at break-away. Static friction is no more than that. Bristles are
-//! as stiff with an effect as without: what changes is the level that they slide at. With z = s y, the model of y at the
-//! velocity v/s is that of z at v with s times the level of dry friction, and its friction is s times that of y; the
-//! Stribeck velocity goes with s. Where s changes y is rescaled, so that z and the torque in presliding have no step.
+//! An effect says what becomes of friction in sliding, or at break-away. Static friction is no more than that; bristles
+//! slide at the level that becomes of theirs.
 
-use crate::contact::{Contact, Levels};
+use crate::contact::Contact;
 use crate::effect::{Effect, Instant};
+use crate::levelled::Levelled;
 use bristle_core::friction::Motion;
-
-/// A speed at which nothing is left of any Stribeck curve, rad/s.
-const FAST_RAD_S: f64 = 1e3;
-/// Least and most that an effect makes of the level: friction stays friction.
-const TIMES: [f64; 2] = [0.02, 50.0];
 
 /// A contact and its level as effects have it.
 pub struct Affected {
-    contact: Box<dyn Contact>,
+    contact: Levelled,
     levelled: bool,
-    creep_rad_s: f64,
-    viscous_nm_s_rad: f64,
-    times: f64,
 }
 
 impl Affected {
     /// A contact that these effects act on.
     pub fn new(contact: Box<dyn Contact>, effects: &[Box<dyn Effect>]) -> Self {
-        let (mut creep_rad_s, mut viscous_nm_s_rad) = (0.0, 0.0);
-        let levelled =
-            !contact.holds_at_rest() && effects.iter().any(|effect| effect.changes_level());
-        if levelled {
-            creep_rad_s = Levels::of(contact.as_ref()).creep_rad_s;
-            let fast_nm = [1.0, 2.0].map(|times| contact.steady_state_nm(times * FAST_RAD_S));
-            viscous_nm_s_rad = (fast_nm[1] - fast_nm[0]) / FAST_RAD_S;
-        }
         Self {
-            levelled,
-            creep_rad_s,
-            viscous_nm_s_rad,
-            times: 1.0,
-            contact,
+            levelled: !contact.holds_at_rest()
+                && effects.iter().any(|effect| effect.changes_level()),
+            contact: Levelled::new(contact),
         }
     }
 
@@ -52,9 +33,9 @@ impl Affected {
         let velocity_rad_s = now.motion.load_velocity_rad_s;
         // A model that holds at rest is asked for its break-away there, so that effects change that and not the balance.
         let held = !effects.is_empty()
-            && self.contact.holds_at_rest()
-            && self.contact.steady_state_nm(velocity_rad_s) == 0.0;
-        let friction_nm = self.contact.step(Motion {
+            && self.holds_at_rest()
+            && self.contact.own().steady_state_nm(velocity_rad_s) == 0.0;
+        let friction_nm = self.contact.step_own(Motion {
             velocity_rad_s,
             applied_nm: if held {
                 f64::MAX.copysign(applied_nm)
@@ -78,21 +59,15 @@ impl Affected {
         applied_nm: f64,
     ) -> f64 {
         let velocity_rad_s = now.motion.load_velocity_rad_s;
-        let speed_rad_s = velocity_rad_s.abs().max(self.creep_rad_s);
-        let level_nm = self.contact.steady_state_nm(speed_rad_s);
-        let viscous_nm = self.viscous_nm_s_rad * speed_rad_s;
+        let level_nm = self.contact.level_nm(velocity_rad_s);
         let side = self.side(velocity_rad_s, now.step_s);
         let becomes_nm = side * changed(effects, now, side * level_nm);
-        let dry_nm = (level_nm - viscous_nm).max(f64::MIN_POSITIVE);
-        let times = ((becomes_nm - viscous_nm) / dry_nm).clamp(TIMES[0], TIMES[1]);
-        self.contact.rescale(self.times / times);
-        self.times = times;
-        times
-            * self.contact.step(Motion {
-                velocity_rad_s: velocity_rad_s / times,
-                applied_nm: applied_nm / times,
-                dt_s: now.step_s,
-            })
+        let motion = Motion {
+            velocity_rad_s,
+            applied_nm,
+            dt_s: now.step_s,
+        };
+        self.contact.step(motion, becomes_nm)
     }
 
     /// Which way the bristles are bent at the end of a step.
@@ -103,7 +78,7 @@ impl Affected {
 
     /// Bends the bristles of a stiffness until they bear a torque; gives the friction torque of the step that does, N m.
     pub fn bear(&mut self, torque_nm: f64, stiffness_nm_rad: f64, step_s: f64) -> f64 {
-        self.contact.step(Motion {
+        self.contact.step_own(Motion {
             velocity_rad_s: torque_nm / stiffness_nm_rad / step_s,
             applied_nm: torque_nm,
             dt_s: step_s,
@@ -112,7 +87,7 @@ impl Affected {
 
     /// Bristle deflection, rad.
     pub fn deflection_rad(&self) -> f64 {
-        self.times * self.contact.deflection_rad()
+        self.contact.deflection_rad()
     }
 
     /// Whether effects change the level of its bristles: then its friction is not its own with something added.
@@ -122,7 +97,7 @@ impl Affected {
 
     /// See [`Contact::holds_at_rest`].
     pub fn holds_at_rest(&self) -> bool {
-        self.contact.holds_at_rest()
+        self.contact.own().holds_at_rest()
     }
 }
 

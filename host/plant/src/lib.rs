@@ -8,6 +8,7 @@ pub mod contact;
 pub mod drive;
 pub mod effect;
 pub mod encoder;
+pub mod levelled;
 pub mod mechanics;
 pub mod rig;
 pub mod unit;

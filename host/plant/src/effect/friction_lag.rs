@@ -1,6 +1,7 @@
 //! Friction whose level follows velocity late, as the lubricant film does.
 //!
-//! F G(|v(t - T)|)/G(|v|), with G the steady-state level. The sign does not lag: it would do work on the axis at each
+//! G(|v(t - T)|) in place of G(|v|), the steady-state level: static friction is multiplied, bristles slide at that
+//! level. The sign does not lag: it would do work on the axis at each
 //! reversal and no stick would hold. A record that says otherwise has `reversal_share`, the share of T by which the
 //! velocity that the whole model sees is late.
 //!
@@ -9,7 +10,8 @@
 
 use super::history::History;
 use super::{Effect, Entry, Kind, Parameter};
-use crate::contact::{Contact, Levels};
+use crate::contact::Contact;
+use crate::levelled::Levelled;
 use bristle_core::friction::Motion;
 
 struct Lag {
@@ -18,18 +20,10 @@ struct Lag {
 }
 
 struct Lagging {
-    inner: Box<dyn Contact>,
-    creep_rad_s: f64,
+    inner: Levelled,
     time_s: f64,
     reversal: Option<History>,
     level: History,
-}
-
-impl Lagging {
-    fn level_nm(&self, velocity_rad_s: f64) -> f64 {
-        let speed = velocity_rad_s.abs().max(self.creep_rad_s);
-        self.inner.steady_state_nm(speed)
-    }
 }
 
 impl Effect for Lag {
@@ -38,8 +32,7 @@ impl Effect for Lag {
             return inner;
         }
         Box::new(Lagging {
-            creep_rad_s: Levels::of(inner.as_ref()).creep_rad_s,
-            inner,
+            inner: Levelled::new(inner),
             time_s: 0.0,
             reversal: (self.reversal_s > 0.0).then(|| History::new(self.reversal_s)),
             level: History::new(self.lag_s),
@@ -56,15 +49,20 @@ impl Contact for Lagging {
             None => v,
         };
         let delayed = self.level.mean(self.time_s, v);
-        let friction = self.inner.step(Motion {
+        let motion = Motion {
             velocity_rad_s: seen,
             ..motion
-        });
-        let now = self.level_nm(seen);
-        if now > 0.0 {
-            friction * self.level_nm(delayed) / now
+        };
+        let level_nm = self.inner.level_nm(delayed);
+        if !self.holds_at_rest() {
+            return self.inner.step(motion, level_nm);
+        }
+        let now_nm = self.inner.level_nm(seen);
+        let friction_nm = self.inner.step_own(motion);
+        if now_nm > 0.0 {
+            friction_nm * level_nm / now_nm
         } else {
-            friction
+            friction_nm
         }
     }
 
@@ -73,11 +71,11 @@ impl Contact for Lagging {
     }
 
     fn holds_at_rest(&self) -> bool {
-        self.inner.holds_at_rest()
+        self.inner.own().holds_at_rest()
     }
 
     fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
-        self.inner.steady_state_nm(velocity_rad_s)
+        self.inner.own().steady_state_nm(velocity_rad_s)
     }
 
     fn rescale(&mut self, times: f64) {
@@ -85,13 +83,13 @@ impl Contact for Lagging {
     }
 
     fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
-        self.inner.fastest_rate_1_s(inertia_kg_m2)
+        self.inner.own().fastest_rate_1_s(inertia_kg_m2)
     }
 }
 
 pub(super) const ENTRY: Entry = Entry {
     id: "friction.lag",
-    model: "F G(|v(t - T)|)/G(|v|)",
+    model: "F with the level G(|v(t - T)|) in place of G(|v|)",
     parameters: &[
         Parameter::same("lag_s", Kind::Size, |_| [1e-3, 5e-2]),
         Parameter::same("reversal_share", Kind::Shape, |_| [0.0, 1.0]),
@@ -140,6 +138,35 @@ mod tests {
             assert!(error < limit, "{step_s}: {error:e}");
             assert!(worst(0.0125, 0.0, step_s, 0.0) > 1e-3);
         }
+    }
+
+    #[test]
+    fn bristles_are_as_stiff_and_slide_at_a_late_level() {
+        // 0.02 N m and 1e-3 viscous, a z_ss of 2 mrad.
+        let effect = (ENTRY.build)(&[0.2, 0.0], Unit::Rotary);
+        let mut contact = effect.contact(testing::bristles());
+        let mut step = |velocity_rad_s, samples| {
+            (0..samples)
+                .map(|_| {
+                    contact.step(Motion {
+                        velocity_rad_s,
+                        applied_nm: 0.0,
+                        dt_s: 1e-4,
+                    })
+                })
+                .last()
+                .unwrap()
+        };
+        step(10.0, 5000);
+        // 0.1 s after a fall to a tenth the level is that of 10 rad/s, and 0.3 s after it that of 1.
+        assert!((step(1.0, 1000) - 0.03).abs() < 1e-9);
+        assert!((step(1.0, 2000) - 0.021).abs() < 1e-9);
+        // Turned back by a tenth of z_ss in 1 ms: sigma0 times that, and of damping and viscous friction 0.021 times both.
+        let turned = step(-0.2, 10);
+        assert!(
+            (turned - (0.02 - 10.0 * 2e-4 - 0.021 * 0.2)).abs() < 2e-4,
+            "{turned}"
+        );
     }
 
     #[test]
