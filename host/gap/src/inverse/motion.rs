@@ -12,6 +12,8 @@ const LONGEST_S: f64 = 0.016;
 const WIDTH: f64 = 2.0;
 /// Slopes of less difference are one, counts a sample: far above rounding, and a thousandth of a count over a long record.
 const ALIKE: f64 = 1e-9;
+/// An edge that is crossed so often without the next count being reached is trembled on: once there, back, and there again.
+const FEWEST_CROSSINGS: usize = 3;
 /// Below this frequency the smoothed position follows the measured one, above it the integral of velocity, Hz.
 const FOLLOWS_HZ: f64 = 15.0;
 
@@ -83,6 +85,48 @@ pub fn shortest_path(reading_rad: &[f64], rad_per_count: f64) -> Vec<f64> {
         bend = gate;
     }
     path
+}
+
+/// A position read in counts, at rest on the edge wherever it does no more than tremble on one: there a controller holds an
+/// axis that moves by far less than a count, and a whole count to and fro would let bristles creep.
+pub fn resting_on_edges(reading_rad: &[f64], rad_per_count: f64) -> Vec<f64> {
+    let two_counts = (1.0 + 1e-3) * rad_per_count;
+    let mut resting = reading_rad.to_vec();
+    let mut start = 0;
+    while start < reading_rad.len() {
+        let [mut low, mut high] = [reading_rad[start]; 2];
+        let mut end = start;
+        while end < reading_rad.len() {
+            let (lower, higher) = (low.min(reading_rad[end]), high.max(reading_rad[end]));
+            if higher - lower > two_counts {
+                break;
+            }
+            (low, high) = (lower, higher);
+            end += 1;
+        }
+        let edge = 0.5 * (low + high);
+        let crossings: Vec<usize> = (start + 1..end)
+            .filter(|&k| (reading_rad[k - 1] < edge) != (reading_rad[k] < edge))
+            .collect();
+        if high - low > 0.5 * rad_per_count
+            && crossings.len() >= FEWEST_CROSSINGS
+            && let (Some(&first), Some(&last)) = (crossings.first(), crossings.last())
+        {
+            resting[first..last].fill(edge);
+        }
+        if end == reading_rad.len() {
+            break;
+        }
+        // From the earliest sample on that lies within two counts of the one that does not.
+        let next = reading_rad[end];
+        let [mut low, mut high] = [next; 2];
+        start = end;
+        while high.max(reading_rad[start - 1]) - low.min(reading_rad[start - 1]) <= two_counts {
+            start -= 1;
+            (low, high) = (low.min(reading_rad[start]), high.max(reading_rad[start]));
+        }
+    }
+    resting
 }
 
 /// Smooths a position sampled every `step_s`, whose noise is `noise_rad` rms. Between two samples the smoothed motion is
@@ -201,6 +245,24 @@ mod tests {
             assert!(error.abs() < 0.015 * COUNT, "{k}: {}", error / COUNT);
         }
         assert!(shortest_path(&[], COUNT).is_empty());
+    }
+
+    #[test]
+    fn what_trembles_on_an_edge_rests_there_and_what_moves_stays_as_it_was() {
+        // A ramp of a count in 50 samples to the edge of 20 counts, trembling there, and on.
+        let moves = |k: usize| (k as f64 / 50.0).floor();
+        let trembles = |k: usize| 20.0 - f64::from(u8::from(k % 9 < 4));
+        let reading: Vec<f64> = (0..1000)
+            .map(moves)
+            .chain((1000..2000).map(trembles))
+            .chain((2000..3000).map(|k| moves(k - 1000)))
+            .map(|counts| counts * COUNT)
+            .collect();
+        let resting = resting_on_edges(&reading, COUNT);
+        assert!(resting[1010..1990].iter().all(|q| *q == 19.5 * COUNT));
+        assert_eq!(resting[..1000], reading[..1000]);
+        assert_eq!(resting[2000..], reading[2000..]);
+        assert!(resting_on_edges(&[], COUNT).is_empty());
     }
 
     #[test]

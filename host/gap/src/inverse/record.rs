@@ -2,7 +2,7 @@
 
 use super::kernel::Kernel;
 use super::model::has_bristles;
-use super::motion::{position_noise_rad, shortest_path, smooth};
+use super::motion::{position_noise_rad, resting_on_edges, shortest_path, smooth};
 use super::sensor::{Shown, shown};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
@@ -116,7 +116,7 @@ impl Record {
             let q = if coarse {
                 shortest_path(&q, rad_per_count)
             } else {
-                q
+                resting_on_edges(&q, rad_per_count)
             };
             let mut out: Vec<bool> = vec![false; range.len()];
             for part in excluded {
