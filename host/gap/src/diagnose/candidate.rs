@@ -12,6 +12,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Effects with bristles of their own.
 const IN_SERIES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
+/// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
+const LEAST_WAVES: f64 = 2.0;
 /// Beside them the simulator's bristles start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
 
@@ -129,7 +131,11 @@ impl<'a> Background<'a> {
             values: start.values.clone(),
         });
         let unit = self.scale.unit;
+        let held = no_wave(entry, &start.values);
         for (i, parameter) in entry.parameters.iter().enumerate() {
+            if held.contains(&Some(i)) {
+                continue;
+            }
             let value = start.values[i];
             let [low, high] = (parameter.range)(self.scale);
             let owner = Owner::Effect(place, i);
@@ -145,10 +151,10 @@ impl<'a> Background<'a> {
                 }
                 Kind::Order if unit == Unit::Rotary => {}
                 Kind::Order | Kind::Frequency => {
-                    let span = if parameter.kind == Kind::Order {
-                        self.scale.highest_rad - self.scale.lowest_rad
+                    let (span, least) = if parameter.kind == Kind::Order {
+                        (self.scale.stroke_rad(), self.least_order())
                     } else {
-                        self.scale.duration_s
+                        (self.scale.duration_s, 0.0)
                     };
                     let near = 0.5 / span.max(1e-9);
                     model.free.push(Free::linear(
@@ -156,7 +162,7 @@ impl<'a> Background<'a> {
                         name,
                         value,
                         near,
-                        [value - 3.0 * near, value + 3.0 * near],
+                        [(value - 3.0 * near).max(least), value + 3.0 * near],
                     ));
                 }
                 Kind::Phase if !start.phases.is_empty() => {
@@ -189,6 +195,11 @@ impl<'a> Background<'a> {
         model
     }
 
+    /// Fewest waves a metre that are told from any smooth curve over the travel.
+    pub(super) fn least_order(&self) -> f64 {
+        LEAST_WAVES / self.scale.stroke_rad().max(1e-9)
+    }
+
     /// Fits the model with an effect from its best starts.
     ///
     /// # Errors
@@ -211,7 +222,15 @@ impl<'a> Background<'a> {
             }
             // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
             model.scales_effort |= !cuts(entry) && model.changes_gain(self.records, &from)?;
-            let fit = fit_near(&model, self.records, self.weights, from, &self.fit.jacobian)?;
+            let near = |model: &Model, from: Vec<f64>| {
+                fit_near(model, self.records, self.weights, from, &self.fit.jacobian)
+            };
+            let mut fit = near(&model, from)?;
+            // Where it came out it may, where it started not.
+            if !model.scales_effort && !cuts(entry) && model.changes_gain(self.records, &fit.at)? {
+                model.scales_effort = true;
+                fit = near(&model, fit.at)?;
+            }
             if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
                 best = Some((model, fit));
             }
@@ -222,6 +241,29 @@ impl<'a> Background<'a> {
 
 fn is_stiffness(free: &Free) -> bool {
     free.owner == Owner::Own(Own::Stiffness)
+}
+
+/// Size, order or frequency, and phase of the wave that an effect has at these values but not in any size: freed from a
+/// wave that was not looked for they follow any smooth curve.
+fn no_wave(entry: &Entry, values: &[f64]) -> [Option<usize>; 3] {
+    let of = |kind: Kind| entry.parameters.iter().position(|p| p.kind == kind);
+    let Some(phase) = of(Kind::Phase) else {
+        return [None; 3];
+    };
+    match size_of_wave(entry, phase) {
+        Some(size) if values[size] == 0.0 => {
+            let line = of(Kind::Order).or_else(|| of(Kind::Frequency));
+            [Some(size), line, Some(phase)]
+        }
+        _ => [None; 3],
+    }
+}
+
+/// The size that a phase belongs to: the last one before it.
+pub(super) fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
+    entry.parameters[..phase]
+        .iter()
+        .rposition(|p| p.kind == Kind::Size)
 }
 
 /// Whether an effect lets effort through up to a limit.

@@ -1,7 +1,7 @@
 //! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest,
 //! moments and places where the rest is largest.
 
-use super::candidate::{Background, Start, hard_range};
+use super::candidate::{Background, Start, hard_range, size_of_wave};
 use super::regime::Node;
 use super::spectrum;
 use bristle_plant::Unit;
@@ -21,8 +21,6 @@ const MOST_STARTS: usize = 45;
 const IN_PROPORTION: f64 = 3.0;
 /// A gain as tried is preferred to one in proportion if it is this part of it.
 const CERTAIN: f64 = 0.5;
-/// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
-const LEAST_WAVES: f64 = 2.0;
 /// Moments from which something may be different for good; a fit cannot move them.
 const STARTS_OF_CHANGE: usize = 16;
 /// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
@@ -278,7 +276,7 @@ impl Background<'_> {
         };
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
         if !in_time && self.scale.unit == Unit::Linear {
-            low = low.max(LEAST_WAVES / (self.scale.highest_rad - self.scale.lowest_rad).max(1e-9));
+            low = low.max(self.least_order());
         }
         let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
         let usual = (entry.parameters[size].range)(self.scale);
@@ -364,12 +362,6 @@ impl Background<'_> {
     }
 }
 
-/// The size that a wave's order and phase belong to: the last one before its phase.
-fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
-    entry.parameters[..phase]
-        .iter()
-        .rposition(|p| p.kind == Kind::Size)
-}
 fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| {
         let part = (i as f64 + 0.5) / count as f64;
