@@ -17,6 +17,11 @@ use rayon::prelude::*;
 
 /// Effects that are fitted after screening.
 const FITTED: usize = 12;
+/// The simulator alone is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one
+/// that began at wrong parameters has to come all the way.
+const MOST_ROUNDS: usize = 8;
+/// Nats that a further one must have gained: less than any effect must.
+const WORTH_A_ROUND: f64 = 6.0;
 /// Starts that a fit is tried from.
 const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
@@ -139,10 +144,19 @@ pub fn search(
     let mut noise = noise_of(&as_given, &own_as_given);
     let mut weights = noise.weights(&nodes);
     let mut fitted = fit(&model, &records, &weights, model.start())?;
+    let mut before = f64::NEG_INFINITY;
+    for _ in 0..MOST_ROUNDS {
+        noise = noise_of(&fitted.left_over, &own_as_given);
+        weights = noise.weights(&nodes);
+        fitted = fit(&model, &records, &weights, fitted.at)?;
+        let density = noise.log_density(&nodes, &fitted.left_over);
+        if density - before < WORTH_A_ROUND {
+            break;
+        }
+        before = density;
+    }
     let own = own_left_over(&model, &fitted.at, &records, &scale);
     noise = noise_of(&fitted.left_over, &own);
-    weights = noise.weights(&nodes);
-    fitted = fit(&model, &records, &weights, fitted.at)?;
     progress(0.1);
 
     let catalogue: Vec<&'static Entry> = catalogue
