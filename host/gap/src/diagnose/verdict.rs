@@ -77,10 +77,11 @@ const MATTERS: f64 = 0.3;
 const MOVE_MATTERS: f64 = 0.5;
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
 const SHARE: f64 = 0.25;
-/// A second effect must explain this much more of the gap: less is what a model's own error leaves to it.
-const SECOND: f64 = 0.12;
-/// Of several effects each must explain this much of the gap alone.
-const ALONE: f64 = 0.08;
+/// A second effect must explain this much more of the gap, and take away this many more times of what is open: less is
+/// what a model's own error leaves to it.
+const SECOND: (f64, f64) = (0.12, 0.5);
+/// Of several effects each must take away alone this part of what it does beside the first one.
+const ALONE: f64 = 0.35;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
@@ -274,17 +275,18 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     let times = |h: &Hypothesis| search.noise.times_open(&search.nodes, &h.held_out);
     let before = times(&search.base);
     let share = |h: &Hypothesis| explained(before, times(h));
+    let beside = contribution(times(single), times(pair));
     // Each must explain something by itself: what only helps another one stands for that one's error.
     let alone = |id: &str| {
         NOISE_ONLY.contains(&id)
             || search
                 .single
                 .iter()
-                .any(|h| h.added[0].id == id && share(h) > ALONE)
+                .any(|h| h.added[0].id == id && contribution(before, times(h)) > ALONE * beside)
     };
     let worth = pair.score - single.score > ACCUSES
-        && contribution(times(single), times(pair)) > MATTERS
-        && share(pair) - share(single) > SECOND
+        && beside > SECOND.1
+        && share(pair) - share(single) > SECOND.0
         && pair.ids().into_iter().all(alone);
     Some(if worth { pair } else { single })
 }
@@ -292,7 +294,7 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], base: &[f64], single: &[f64]) -> bool {
     let [before, left] = [base, single].map(|rest| noise.times_open(nodes, rest));
-    contribution(left, 1.0) > MATTERS && 1.0 - explained(before, left) > SECOND
+    contribution(left, 1.0) > SECOND.1 && 1.0 - explained(before, left) > SECOND.0
 }
 
 /// Two effects that no data of effort and motor position tell apart: what differs between them is the controller's or the
