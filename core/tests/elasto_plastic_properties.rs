@@ -2,6 +2,8 @@
 //! and dissipation under its condition.
 
 mod common;
+#[path = "common/draw.rs"]
+mod draw;
 
 use bristle_core::Real;
 use bristle_core::friction::elasto_plastic::{ElastoPlastic, State};
@@ -12,6 +14,7 @@ use bristle_core::observer::time_free::{self, TimeFree};
 use bristle_core::observer::time_free_fixed::{self, TimeFreeFixed};
 use bristle_core::stribeck::Stribeck;
 use common::{BENCH, Parameters};
+use draw::even;
 use fixed::types::I16F16;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
@@ -51,7 +54,7 @@ fn any_real() -> impl Strategy<Value = f32> {
     prop_oneof![
         3 => prop::num::f32::ANY,
         1 => prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(f32::NEG_INFINITY)],
-        4 => -10.0_f32..10.0,
+        4 => even(-10.0..10.0),
     ]
 }
 
@@ -209,18 +212,18 @@ type Run = (f32, f32, usize);
 
 fn runs() -> impl Strategy<Value = Vec<Run>> {
     let velocity = prop_oneof![
-        4 => -0.05_f32..0.05,
-        3 => -1.0_f32..1.0,
-        2 => -50.0_f32..50.0,
+        4 => even(-0.05..0.05),
+        3 => even(-1.0..1.0),
+        2 => even(-50.0..50.0),
         1 => Just(0.0_f32),
-        1 => -1e6_f32..1e6,
+        1 => even(-1e6..1e6),
     ];
     let step = prop_oneof![
         Just(1e-5_f32),
         Just(1e-4),
         Just(1e-3),
         Just(1.0),
-        1e-9_f32..1e-3
+        even(1e-9..1e-3)
     ];
     prop::collection::vec((velocity, step, 1..20_usize), 1..60)
 }
