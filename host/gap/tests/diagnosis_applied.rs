@@ -1,9 +1,11 @@
 //! The loop closes: what a diagnosis writes simulates the axis better, and cancels what can be cancelled.
 
+mod common;
+
 use bristle_core::experiment::Experiment;
 use bristle_gap::axis_file::EffectEntry;
 use bristle_gap::believed::Noise;
-use bristle_gap::diagnose::{Kind, Options, Outcome, diagnose, next};
+use bristle_gap::diagnose::{Kind, next};
 use bristle_gap::experiments::Named;
 use bristle_gap::feed_forward::Table;
 use bristle_gap::inverse::{Model, Record};
@@ -11,8 +13,8 @@ use bristle_gap::plan::Plan;
 use bristle_gap::signal::rms;
 use bristle_gap::simulate::{Input, simulate};
 use bristle_gap::{AxisFile, Believed, Log};
-use bristle_plant::effect::ALL;
 use bristle_plant::rig::Rig;
+use common::{diagnosed, logs_of};
 use std::path::Path;
 
 const ROTARY: &str = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[friction]\nmodel = \"elasto-plastic\"\n\
@@ -45,33 +47,12 @@ fn case(text: &str, there: &EffectEntry, noise_nm: f64) -> (AxisFile, Vec<Log>) 
     let path = Path::new("axis.toml");
     let mut truth = AxisFile::parse(text, path).unwrap();
     truth.effects.push(there.clone());
-    let real = Believed::new(&truth, path).unwrap();
-    let noise = Noise {
-        torque_nm: noise_nm,
-        position_rad: 0.0,
-    };
-    let logs = [(Named::Ladder, 6.0), (Named::Reversals, 4.0)]
-        .into_iter()
-        .enumerate()
-        .map(|(seed, (named, seconds))| {
-            let input = Input::Experiment(named, seconds);
-            simulate(&input, &truth, &real, noise, seed as u64, |_| ())
-                .unwrap()
-                .log(real.unit, Path::new(named.name()))
-        })
-        .collect();
+    let experiments = [(Named::Ladder, 6.0), (Named::Reversals, 4.0)];
+    let logs = logs_of(&truth, &experiments, noise_nm);
     let mut axis = AxisFile::parse(text, path).unwrap();
     axis.axis.inertia *= 1.05;
     axis.friction.coulomb = axis.friction.coulomb.map(|x| 1.04 * x);
     (axis, logs)
-}
-
-fn diagnosed(axis: &AxisFile, logs: &[Log]) -> Outcome {
-    let believed = Believed::new(axis, Path::new("axis.toml")).unwrap();
-    let options = Options {
-        catalogue: ALL.iter().filter(|e| ACCUSED.contains(&e.id)).collect(),
-    };
-    diagnose(logs, axis, &believed, &options, &|_| ()).unwrap()
 }
 
 /// Effort that an axis file leaves over along the logs, while they move: nothing is fitted.
@@ -148,7 +129,7 @@ fn an_applied_file_leaves_what_the_diagnosis_says() {
         ),
     ] {
         let (axis, logs) = case(text, &there, noise_nm);
-        let outcome = diagnosed(&axis, &logs);
+        let outcome = diagnosed(&axis, &logs, &ACCUSED);
         let diagnosis = &outcome.diagnosis;
         assert!(
             diagnosis.verdict.effects.contains(&there.id),
@@ -205,7 +186,7 @@ fn feed_forward_of_the_named_effect_follows_closer() {
         effect("friction.asymmetry", &[("share", 0.3)]),
     ] {
         let (axis, logs) = case(ROTARY, &there, 2e-4);
-        let outcome = diagnosed(&axis, &logs);
+        let outcome = diagnosed(&axis, &logs, &ACCUSED);
         let path = Path::new("axis.toml");
         let applied = Believed::new(&outcome.applied(&axis).axis, path).unwrap();
         let table = Table::new(&applied, [-10.0, 10.0]).unwrap().unwrap();
@@ -261,7 +242,7 @@ fn a_tie_brings_a_plan_that_can_be_played() {
     // A constant force and friction that differs by direction look alike where all the axis does is slide.
     let there = effect("mechanics.offset", &[("torque_nm", 0.006)]);
     let (axis, logs) = case(ROTARY, &there, 2e-4);
-    let mut outcome = diagnosed(&axis, &logs);
+    let mut outcome = diagnosed(&axis, &logs, &ACCUSED);
     assert!(next(&outcome, &axis).unwrap().is_none() || outcome.verdict.kind == Kind::Ambiguous);
     let place = |id: &str| {
         let found = outcome

@@ -1,11 +1,11 @@
 //! Axes that lack nothing: what the diagnosis accuses there is its own doing.
 
-use bristle_gap::believed::Noise;
-use bristle_gap::diagnose::{Kind, Options, Outcome, diagnose};
+mod common;
+
+use bristle_gap::AxisFile;
+use bristle_gap::diagnose::Kind;
 use bristle_gap::experiments::Named;
-use bristle_gap::simulate::{Input, simulate};
-use bristle_gap::{AxisFile, Believed, Log};
-use bristle_plant::effect::ALL;
+use common::{diagnosed, logs_of};
 use std::path::Path;
 
 const AXIS: &str = "[axis]\ninertia_kg_m2 = 4.9e-5\ncounts_per_rev = 8192\n[friction]\nmodel = \"lugre\"\n\
@@ -17,31 +17,6 @@ fn axis() -> AxisFile {
     AxisFile::parse(AXIS, Path::new("axis.toml")).unwrap()
 }
 
-/// Logs of the axis; torque is measured with a hundredth of Coulomb friction as noise.
-fn logs(experiments: &[Named]) -> Vec<Log> {
-    let truth = axis();
-    let real = Believed::new(&truth, Path::new("axis.toml")).unwrap();
-    let noise = Noise {
-        torque_nm: 3e-4,
-        position_rad: 0.0,
-    };
-    let one = |(seed, named): (usize, &Named)| {
-        let input = Input::Experiment(*named, named.seconds());
-        simulate(&input, &truth, &real, noise, seed as u64, |_| ())
-            .unwrap()
-            .log(real.unit, Path::new(named.name()))
-    };
-    experiments.iter().enumerate().map(one).collect()
-}
-
-fn diagnosed(axis: &AxisFile, logs: &[Log], accused: &[&str]) -> Outcome {
-    let believed = Believed::new(axis, Path::new("axis.toml")).unwrap();
-    let options = Options {
-        catalogue: ALL.iter().filter(|e| accused.contains(&e.id)).collect(),
-    };
-    diagnose(logs, axis, &believed, &options, &|_| ()).unwrap()
-}
-
 #[test]
 fn friction_far_from_what_was_believed_is_parameters() {
     let experiments = [
@@ -49,8 +24,10 @@ fn friction_far_from_what_was_believed_is_parameters() {
         Named::Ladder,
         Named::Moves,
         Named::Multisine,
-    ];
-    let logs = logs(&experiments);
+    ]
+    .map(|named| (named, named.seconds()));
+    // A hundredth of Coulomb friction as noise.
+    let logs = logs_of(&axis(), &experiments, 3e-4);
     let mut believed = axis();
     for level in [
         &mut believed.friction.coulomb,

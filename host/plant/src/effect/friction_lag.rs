@@ -1,9 +1,8 @@
 //! Friction whose level follows velocity late, as the lubricant film does.
 //!
 //! G(|v(t - T)|) in place of G(|v|), the steady-state level: static friction is multiplied, bristles slide at that
-//! level. The sign does not lag: it would do work on the axis at each
-//! reversal and no stick would hold. A record that says otherwise has `reversal_share`, the share of T by which the
-//! velocity that the whole model sees is late.
+//! level. The sign does not lag: it would do work on the axis at each reversal and no stick would hold. A record that says
+//! otherwise has `reversal_share`, the share of T by which the velocity that the whole model sees is late.
 //!
 //! Source: Hess, Soom, "Friction at a lubricated line contact operating at oscillating sliding velocities", ASME J.
 //! Tribology 112(1), 1990; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 11.
