@@ -216,6 +216,13 @@ impl Noise {
         sums
     }
 
+    /// What a rest usually is about each node, N m rms.
+    pub fn usual(&self, nodes: &[Node], left_over: &[f64]) -> Vec<f64> {
+        let squares = self.mean_squares(nodes, left_over);
+        let of = |node: &Node| squares[node.record][node.regime as usize].sqrt();
+        nodes.iter().map(of).collect()
+    }
+
     /// How many times what is open a rest is: the geometric mean over all that is independent and moves, so that no one
     /// regime decides by its size.
     pub fn times_open(&self, nodes: &[Node], left_over: &[f64]) -> f64 {

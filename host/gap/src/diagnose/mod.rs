@@ -7,6 +7,7 @@ mod confusable;
 mod held_out;
 mod likelihood;
 mod locate;
+mod lost;
 mod maps;
 mod next;
 mod regime;
@@ -79,8 +80,18 @@ pub fn diagnose(
     progress: &dyn Fn(f64),
 ) -> Result<Outcome, InputError> {
     let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
-    let catalogue: &[&Entry] = if sound.moves { &options.catalogue } else { &[] };
-    let search = search(sound.records, believed, catalogue, progress)?;
+    let mut catalogue = if sound.moves {
+        options.catalogue.clone()
+    } else {
+        Vec::new()
+    };
+    if let Some(lost) = &sound.lost {
+        catalogue.retain(|entry| entry.id != lost.added.entry.id);
+    }
+    let mut search = search(sound.records, believed, &catalogue, progress)?;
+    if let Some(lost) = &sound.lost {
+        lost.accuse(&mut search)?;
+    }
     let (mut diagnosis, verdict) = result::conclude(&search, believed)?;
     if !sound.moves {
         diagnosis.undecided();

@@ -33,7 +33,7 @@ const KEPT: usize = 9;
 /// The best of them are fitted once more with a Jacobian of their own.
 const POLISHED: usize = 3;
 /// Effects that are tried beside the best one.
-const BESIDE: usize = 4;
+pub(super) const BESIDE: usize = 4;
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
@@ -66,6 +66,11 @@ impl Hypothesis {
     /// Ids of what was added.
     pub fn ids(&self) -> Vec<&'static str> {
         self.added.iter().map(|entry| entry.id).collect()
+    }
+
+    /// Scores what it leaves over at all nodes that count.
+    pub(super) fn scored(&mut self, noise: &Noise, nodes: &[Node]) {
+        self.score = noise.log_density(nodes, &self.held_out) + self.log_belief;
     }
 
     /// The same beside noise that takes as much off it as off the base.
@@ -113,6 +118,8 @@ pub struct Search {
     pub single: Vec<Hypothesis>,
     /// With several, best first.
     pub several: Vec<Hypothesis>,
+    /// The effect that positions showed by themselves: whatever else is named, it is.
+    pub shown: Option<&'static str>,
     /// Every effect and the fall of squares that screening expects of it.
     pub screened: Vec<(&'static Entry, f64)>,
 }
@@ -344,6 +351,7 @@ pub fn search(
         base,
         single,
         several,
+        shown: None,
     })
 }
 

@@ -1,8 +1,9 @@
 //! Logs as a diagnosis may use them: what hygiene leaves out is left out, what it finds is noted.
 //!
-//! Two findings may be what is sought: jumps of few counts are lost counts, and a standstill at an end of the travel is
-//! an end stop. They stay in where the catalogue holds that effect.
+//! Two findings may be what is sought, where the catalogue holds that effect: steps of the position are lost counts, and
+//! a standstill at an end of the travel is an end stop, which stays in.
 
+use super::lost::{Lost, Steps, mended};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -12,8 +13,6 @@ use crate::log::Log;
 use bristle_plant::effect::Entry;
 use std::ops::Range;
 
-/// Largest jump that lost counts explain, in counts: the end of their usual range.
-const LOST_COUNTS: f64 = 100.0;
 /// Part of the travel that counts as its end.
 const END_PART: f64 = 0.02;
 
@@ -25,6 +24,8 @@ pub(super) struct Sound {
     pub(super) notes: Vec<String>,
     /// At least one log moves.
     pub(super) moves: bool,
+    /// The counts that they lost.
+    pub(super) lost: Option<Lost>,
 }
 
 pub(super) fn sound(
@@ -45,6 +46,7 @@ pub(super) fn sound(
     };
     let moves = !inspected.iter().all(still);
     let (mut records, mut notes) = (Vec::new(), Vec::new());
+    let mut steps = Steps::default();
     for (log, hygiene) in logs.iter().zip(&inspected) {
         for finding in &hygiene.findings {
             if finding.severity == Severity::Fatal && finding.code != Code::NeverMoved {
@@ -56,29 +58,39 @@ pub(super) fn sound(
             let position = log.position_rad(axis)?;
             let sought = Sought {
                 position_rad: &position,
-                rad_per_count: believed.rad_per_count(),
                 catalogue,
             };
-            let excluded: Vec<Range<usize>> = hygiene
-                .excluded
-                .iter()
-                .filter(|excluded| !sought.is(excluded))
-                .map(|excluded| excluded.samples.clone())
-                .collect();
-            records.push(Record::new(log, axis, believed, &excluded)?);
+            let left_out = |also: &dyn Fn(&Excluded) -> bool| -> Vec<Range<usize>> {
+                hygiene
+                    .excluded
+                    .iter()
+                    .filter(|excluded| !sought.is(excluded) && also(excluded))
+                    .map(|excluded| excluded.samples.clone())
+                    .collect()
+            };
+            let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
+            let record = Record::new(&mended, axis, believed, &left_out(&|_| true))?;
+            let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
+            let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
+            steps.add(
+                &position,
+                &hygiene.jumps,
+                as_recorded.seen_through(record.kernel),
+            );
+            records.push(record);
         }
     }
     Ok(Sound {
         records,
         notes,
         moves,
+        lost: steps.lost(believed.unit, catalogue),
     })
 }
 
 /// What the catalogue may explain.
 struct Sought<'a> {
     position_rad: &'a [f64],
-    rad_per_count: f64,
     catalogue: &'a [&'static Entry],
 }
 
@@ -86,25 +98,11 @@ impl Sought<'_> {
     fn is(&self, excluded: &Excluded) -> bool {
         let has = |id: &str| self.catalogue.iter().any(|entry| entry.id == id);
         match excluded.code {
-            Code::PositionJump => {
-                has("sensor.lost_counts")
-                    && self.jump_rad(&excluded.samples) <= LOST_COUNTS * self.rad_per_count
-            }
             Code::StuckEncoder => {
                 has("mechanics.end_stop") && self.at_an_end(excluded.samples.start)
             }
             _ => false,
         }
-    }
-
-    /// How far the position leaves the line that it was on.
-    fn jump_rad(&self, samples: &Range<usize>) -> f64 {
-        let q = self.position_rad;
-        let last = samples.start.saturating_sub(1);
-        let after = samples.end.min(q.len() - 1);
-        let from = last.saturating_sub(10);
-        let speed = (q[last] - q[from]) / (last - from).max(1) as f64;
-        (q[after] - q[last] - speed * (after - last) as f64).abs()
     }
 
     fn at_an_end(&self, sample: usize) -> bool {

@@ -70,7 +70,7 @@ pub struct Verdict {
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
 /// opened cases those that were there gained 36 or more, one that was not 12.
-const ACCUSES: f64 = 20.0;
+pub(super) const ACCUSES: f64 = 20.0;
 /// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
 /// error leaves to it.
 const MATTERS: f64 = 0.3;
@@ -138,14 +138,15 @@ pub fn verdict(search: &Search) -> Verdict {
         h.log_belief - base.log_belief > ACCUSES
             && contribution(given_times, left_times) > MOVE_MATTERS
     };
+    let shown = chosen.is_some_and(|h| search.shown.is_some_and(|id| h.ids() == [id]));
     let accused = gain > ACCUSES
         && chosen.is_some_and(|h| {
             let explains = contribution(base_times, left_times) > MATTERS && explained > SHARE;
-            of_noise(h) || spares(h) || explains
+            of_noise(h) || shown || spares(h) || explains
         });
     // What is not accused explains nothing.
     let unexplained_times = if accused { left_times } else { base_times };
-    let left_unknown = unexplained_times > UNKNOWN && explained <= SHARE;
+    let left_unknown = unexplained_times > UNKNOWN && explained <= SHARE && !shown;
 
     let (kind, named) = if left_unknown {
         (Kind::Unknown, Vec::new())
@@ -160,7 +161,11 @@ pub fn verdict(search: &Search) -> Verdict {
         let place = ranked.iter().position(|h| h.ids() == best.ids());
         (Kind::Effects, place.into_iter().collect())
     } else {
-        let mut limit = best.score - TIES.0.max(TIES.1 * gain);
+        let mut limit = if shown {
+            best.score
+        } else {
+            best.score - TIES.0.max(TIES.1 * gain)
+        };
         // What data cannot tell from the best one is named, and what does as well as that.
         for h in ranked.iter().filter(|h| h.added.len() == 1) {
             let half = h.score - base.score > 0.5 * gain;
@@ -186,7 +191,7 @@ pub fn verdict(search: &Search) -> Verdict {
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
         Kind::Effects => EFFECTS_ARE,
-        _ if chosen.is_some_and(of_noise) => NOISE_IS,
+        _ if shown || chosen.is_some_and(of_noise) => NOISE_IS,
         _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
     };
 
@@ -223,7 +228,9 @@ pub fn verdict(search: &Search) -> Verdict {
     let per_named = probability / named_sum.max(f64::MIN_POSITIVE);
     if !named.is_empty() {
         // No other answer is more probable than what is named.
-        let least = named.iter().map(|&i| per_named * weights[i]);
+        let least = named
+            .iter()
+            .map(|&i| per_named * weights[i] / ranked[i].added.len() as f64);
         let least = least.fold(f64::INFINITY, f64::min);
         let other = ranked.iter().zip(&weights).filter(|(h, _)| !says(h));
         let most = other.fold(plain, |most, (_, w)| most.max(*w));
@@ -272,8 +279,9 @@ fn logistic(x: f64) -> f64 {
 
 /// The best single effect, or the best pair if it is worth its second effect.
 fn choose(search: &Search) -> Option<&Hypothesis> {
-    let single = search.single.first()?;
-    let Some(pair) = search.several.first() else {
+    let holds = |h: &&Hypothesis| search.shown.is_none_or(|id| h.ids().contains(&id));
+    let single = search.single.iter().find(holds)?;
+    let Some(pair) = search.several.iter().find(holds) else {
         return Some(single);
     };
     let times = |h: &Hypothesis| search.noise.times_open(&search.nodes, &h.held_out);
@@ -283,6 +291,7 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     // Each must explain something by itself: what only helps another one stands for that one's error.
     let alone = |id: &str| {
         NOISE_ONLY.contains(&id)
+            || search.shown == Some(id)
             || search
                 .single
                 .iter()

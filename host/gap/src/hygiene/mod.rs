@@ -5,6 +5,7 @@
 
 mod balance;
 mod effort;
+mod jump;
 mod position;
 mod regression;
 mod timing;
@@ -15,6 +16,7 @@ use crate::error::InputError;
 use crate::log::Log;
 use crate::stretch::stretches;
 pub use balance::{Balance, Estimate, Skew};
+pub use jump::Jump;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
@@ -128,6 +130,8 @@ pub struct Hygiene {
     pub findings: Vec<Finding>,
     /// By their first sample; two of different codes may overlap.
     pub excluded: Vec<Excluded>,
+    /// Steps that the position made and the axis did not, by their sample.
+    pub jumps: Vec<Jump>,
     /// Effort as inertia, friction and offset times what was measured, where the log shows enough of it.
     pub balance: Option<Balance>,
     /// When the effort was recorded against the position: information, not a finding, below a sample or so.

@@ -1,5 +1,6 @@
 //! Positions: whether they move, on which grid, and whether effort and inertia could have moved them so.
 
+use super::jump::{Jump, measured};
 use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
@@ -15,6 +16,12 @@ const STUCK_PART: f64 = 0.6;
 const MISSED_COUNTS: f64 = 50.0;
 /// Factors by which encoders are misread: quadrature, decimal and binary gears, turns for radians left out.
 const FACTORS: [f64; 7] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0];
+/// Samples on either side that a step has to stand out of.
+const AROUND: usize = 10;
+/// By this factor.
+const STANDS_OUT: f64 = 4.0;
+/// There and back of a step differ by this part at most: the axis goes on as before.
+const UNEVEN: f64 = 0.3;
 /// Fewest different positions before their grid means something.
 const FEWEST_PLACES: usize = 30;
 
@@ -174,8 +181,10 @@ struct Limits {
     inertia: f64,
     /// Effort that surely breaks away, N m.
     breaks_away_nm: f64,
-    /// Acceleration beyond every doubt, rad/s^2.
-    acceleration: f64,
+    /// Largest effort, N m.
+    largest_nm: f64,
+    /// Friction that may help, N m.
+    level_nm: f64,
     /// A count, rad.
     count: f64,
     /// Travel to believe in before an encoder is called stuck, rad.
@@ -213,10 +222,28 @@ impl Limits {
         Self {
             inertia,
             breaks_away_nm,
-            acceleration: 3.0 * (largest + 2.0 * level) / inertia,
+            largest_nm: largest,
+            level_nm: level,
             count,
             missed_rad: MISSED_COUNTS * count + presliding,
         }
+    }
+
+    /// An acceleration three times what effort and friction at twice its level give: beyond every doubt, rad/s^2.
+    fn acceleration(&self, effort_nm: f64) -> f64 {
+        3.0 * (effort_nm + 2.0 * self.level_nm) / self.inertia
+    }
+
+    /// Second difference of positions so far apart in time that an acceleration makes, rad.
+    fn within(&self, acceleration: f64, step_s: f64) -> f64 {
+        acceleration * step_s * step_s + 4.0 * self.count
+    }
+
+    /// The same about some samples, by the effort there.
+    fn step_rad(&self, u: &[f64], samples: &Range<usize>, step_s: f64) -> f64 {
+        let near = samples.start.saturating_sub(3)..(samples.end + 2).min(u.len());
+        let effort_nm = u[near].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        self.within(self.acceleration(effort_nm), step_s)
     }
 }
 
@@ -225,6 +252,7 @@ struct Found {
     stuck: Vec<Range<usize>>,
     outliers: Vec<Range<usize>>,
     jumps: Vec<Range<usize>>,
+    steps: Vec<Jump>,
     largest_rad: f64,
 }
 
@@ -235,7 +263,7 @@ impl Found {
         let shifted = |range: Range<usize>| range.start + offset..range.end + offset;
         let still = standstills(q);
         let mut elsewhere = Vec::new();
-        for group in impossible(limits, q, stretch.step_s, usual) {
+        for group in impossible(limits, q, u, stretch.step_s, usual) {
             let (first, last) = (group.start, group.end - 1);
             let (Some(&before), Some(&after)) = (q.get(first.wrapping_sub(1)), q.get(last + 1))
             else {
@@ -260,7 +288,14 @@ impl Found {
             } else if let Some(frozen) = frozen {
                 self.stuck.push(shifted(frozen.start..last + 1));
             } else {
-                elsewhere.push((shifted(group), peak.max(net.abs())));
+                let step =
+                    measured(q, &group, limits.step_rad(u, &group, stretch.step_s)).map(|jump| {
+                        Jump {
+                            sample: jump.sample + offset,
+                            ..jump
+                        }
+                    });
+                elsewhere.push((shifted(group), peak.max(net.abs()), step));
             }
         }
         for range in &still {
@@ -275,17 +310,18 @@ impl Found {
             }
         }
         // The start and the end of a standstill are part of it.
-        for (group, size) in elsewhere {
+        for (group, size, step) in elsewhere {
             let touches =
                 |range: &Range<usize>| group.start <= range.end + 2 && range.start <= group.end + 2;
             if !self.stuck.iter().any(touches) {
                 self.largest_rad = self.largest_rad.max(size);
                 self.jumps.push(group);
+                self.steps.extend(step);
             }
         }
     }
 
-    fn report(self, axis: &AxisFile, log: &Log, out: &mut Hygiene) {
+    fn report(mut self, axis: &AxisFile, log: &Log, out: &mut Hygiene) {
         let unit = axis.unit.position();
         if !self.stuck.is_empty() {
             let (stretches, samples) = out.exclude(Code::StuckEncoder, self.stuck);
@@ -314,6 +350,8 @@ impl Found {
         }
         if !self.jumps.is_empty() {
             let (count, _) = out.exclude(Code::PositionJump, self.jumps);
+            self.steps.sort_by_key(|jump| jump.sample);
+            out.jumps = self.steps;
             let text = format!(
                 "{}, by up to {:.3e} {unit}, faster than the effort can move the axis: lost counts or a counter that \
                  wraps; left out",
@@ -388,7 +426,8 @@ fn stops_dead(limits: &Limits, q: &[f64], still: &Range<usize>, step_s: f64, usu
             let w = w as f64;
             let beyond_counts = (usual - 2.0 * limits.count).max(0.0);
             (after - 2.0 * q[k] + before).abs()
-                > (limits.acceleration * (w * step_s).powi(2) + 4.0 * limits.count)
+                > limits
+                    .within(limits.acceleration(limits.largest_nm), w * step_s)
                     .max(10.0 * beyond_counts * w * w)
         })
     };
@@ -396,7 +435,7 @@ fn stops_dead(limits: &Limits, q: &[f64], still: &Range<usize>, step_s: f64, usu
 }
 
 /// Mean step of the ten samples up to `k`, before whatever happens there.
-fn slope_before(q: &[f64], k: usize) -> f64 {
+pub(super) fn slope_before(q: &[f64], k: usize) -> f64 {
     let last = k.saturating_sub(1);
     let from = last.saturating_sub(10);
     if last == from {
@@ -422,20 +461,37 @@ fn usual_second_difference(q: &[f64]) -> f64 {
 }
 
 /// Groups of samples about which the position changes its speed faster than the effort allows, and far faster than it
-/// does elsewhere on this record.
-fn impossible(limits: &Limits, q: &[f64], step_s: f64, usual: f64) -> Vec<Range<usize>> {
-    let second = second_differences(q);
-    let physical = limits.acceleration * step_s * step_s + 4.0 * limits.count;
-    let limit = physical.max(10.0 * usual);
+/// does elsewhere on this record; or steps to where it goes on as before, faster than the effort of that moment allows.
+fn impossible(limits: &Limits, q: &[f64], u: &[f64], step_s: f64, usual: f64) -> Vec<Range<usize>> {
+    let turns: Vec<f64> = q.windows(3).map(|q| q[2] - 2.0 * q[1] + q[0]).collect();
+    let limit = limits
+        .within(limits.acceleration(limits.largest_nm), step_s)
+        .max(10.0 * usual);
+    let steps = |i: usize| {
+        let near = turns[i.saturating_sub(AROUND)..(i + AROUND).min(turns.len())].iter();
+        let (there, back) = (turns[i], turns[i + 1]);
+        let size = there.abs().min(back.abs());
+        let others = near.filter(|turn| ![there, back].contains(turn));
+        let loudest = others.fold(0.0, |most: f64, turn| most.max(turn.abs()));
+        there * back < 0.0
+            && (there + back).abs() < UNEVEN * size
+            && size > limits.step_rad(u, &(i + 1..i + 3), step_s)
+            && size > STANDS_OUT * loudest
+    };
     let mut out: Vec<Range<usize>> = Vec::new();
-    for (i, value) in second.iter().enumerate() {
+    let mut add = |k: usize| match out.last_mut() {
+        Some(last) if k <= last.end + 2 => last.end = last.end.max(k + 1),
+        _ => out.push(k..k + 1),
+    };
+    for (i, value) in turns.iter().enumerate() {
         // The second difference i is about sample i + 1.
         let k = i + 1;
-        if *value > limit {
-            match out.last_mut() {
-                Some(last) if k <= last.end + 2 => last.end = k + 1,
-                _ => out.push(k..k + 1),
-            }
+        if value.abs() > limit {
+            add(k);
+        }
+        if i + 1 < turns.len() && steps(i) {
+            add(k);
+            add(k + 1);
         }
     }
     out

@@ -148,12 +148,7 @@ impl Record {
             effort_noise_nm,
             believed.coulomb_nm,
         );
-        for stretch in &mut stretches {
-            let u = &stretch.effort_nm;
-            let mut pairs: Vec<f64> = (1..u.len() - 1).map(|k| 0.5 * (u[k - 1] + u[k])).collect();
-            kernel.apply(&mut pairs, &mut stretch.effort_nodes_nm);
-        }
-        Ok(Self {
+        let record = Self {
             name: log.file.display().to_string(),
             step_s,
             averaged,
@@ -164,7 +159,21 @@ impl Record {
             effort_noise_nm,
             rad_per_count,
             sensor,
-        })
+        };
+        Ok(record.seen_through(kernel))
+    }
+
+    /// The same, its balance seen through this kernel.
+    #[must_use]
+    pub fn seen_through(mut self, kernel: Kernel) -> Self {
+        self.kernel = kernel;
+        for stretch in &mut self.stretches {
+            let u = &stretch.effort_nm;
+            let mut pairs: Vec<f64> = (1..u.len() - 1).map(|k| 0.5 * (u[k - 1] + u[k])).collect();
+            stretch.effort_nodes_nm.clear();
+            kernel.apply(&mut pairs, &mut stretch.effort_nodes_nm);
+        }
+        self
     }
 
     /// The drive between this effort and the axis: none where the effort was measured. Its delay is in whole samples of

@@ -1,0 +1,175 @@
+//! Counts that the encoder lost: steps of the position that the axis cannot have made. Found in the positions, they are
+//! taken out before anything is fitted. What they would leave over speaks for the effect, and every other effect is
+//! judged beside it.
+
+use super::regime::nodes;
+use super::search::{BESIDE, Hypothesis, Search, of_noise};
+use super::verdict::ACCUSES;
+use crate::error::InputError;
+use crate::hygiene::Jump;
+use crate::inverse::{Added, Record};
+use crate::log::{Log, PositionKind};
+use bristle_plant::Unit;
+use bristle_plant::effect::{Entry, Kind};
+use std::f64::consts::{PI, TAU};
+
+/// Its id.
+pub(super) const ID: &str = "sensor.lost_counts";
+/// A step of this part of a turn, or of a linear axis's travel, is a counter that wraps.
+const WRAPS: f64 = 0.25;
+/// What moves an axis is beyond every doubt at so many standard deviations.
+const BEYOND: f64 = 3.0;
+/// Samples before a step that say which way the axis went.
+const BEFORE: usize = 8;
+
+/// A log whose position goes on without its steps.
+pub(super) fn mended(log: &Log, jumps: &[Jump], rad_per_count: f64) -> Log {
+    let mut mended = log.clone();
+    for jump in jumps {
+        let size = match log.position.kind {
+            PositionKind::Counts => (jump.size_rad / rad_per_count).round(),
+            PositionKind::Rad | PositionKind::M => jump.size_rad,
+        };
+        for value in &mut mended.position.values[jump.sample..] {
+            *value -= size;
+        }
+    }
+    mended
+}
+
+/// The steps of all logs.
+#[derive(Default)]
+pub(super) struct Steps {
+    /// Where each was, and what is missing behind it for one who goes upward, rad.
+    lost: Vec<(f64, f64)>,
+    /// Farthest travel of a log, rad.
+    travel_rad: f64,
+    as_recorded: Vec<Record>,
+    nats: f64,
+}
+
+impl Steps {
+    /// Those of a log of these positions; the record is as it was, steps and all.
+    pub(super) fn add(&mut self, position_rad: &[f64], jumps: &[Jump], as_recorded: Record) {
+        let (low, high) = position_rad
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
+                (low.min(q), high.max(q))
+            });
+        self.travel_rad = self.travel_rad.max(high - low);
+        for jump in jumps {
+            let [before, last] =
+                [BEFORE + 1, 1].map(|samples| position_rad[jump.sample.saturating_sub(samples)]);
+            let upward = if last < before { -1.0 } else { 1.0 };
+            self.lost.push((last, -upward * jump.size_rad));
+            let deviations = BEYOND * jump.size_rad / jump.allowed_rad;
+            self.nats += 0.5 * deviations * deviations;
+        }
+        self.as_recorded.push(as_recorded);
+    }
+
+    /// What was lost, if the catalogue may say so; none where nothing was, or a counter wraps.
+    pub(super) fn lost(self, unit: Unit, catalogue: &[&'static Entry]) -> Option<Lost> {
+        let entry = catalogue.iter().copied().find(|entry| entry.id == ID)?;
+        let whole_rad = match unit {
+            Unit::Rotary => TAU,
+            Unit::Linear => self.travel_rad,
+        };
+        let mut sizes: Vec<f64> = self.lost.iter().map(|lost| lost.1).collect();
+        sizes.sort_unstable_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let size_rad = *sizes.get(sizes.len() / 2)?;
+        if sizes[sizes.len() - 1].abs() > WRAPS * whole_rad {
+            return None;
+        }
+        let places = || self.lost.iter().map(|lost| lost.0);
+        let place_rad = match unit {
+            Unit::Rotary => {
+                let (sine, cosine) = places().fold((0.0, 0.0), |(sine, cosine), q| {
+                    (sine + q.sin(), cosine + q.cos())
+                });
+                sine.atan2(cosine).clamp(-PI, PI)
+            }
+            Unit::Linear => places().sum::<f64>() / sizes.len() as f64,
+        };
+        let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+        for (kind, value) in [(Kind::Size, size_rad), (Kind::Place, place_rad)] {
+            let parameter = entry.parameters.iter().position(|p| p.kind == kind)?;
+            values[parameter] = value;
+        }
+        Some(Lost {
+            added: Added { entry, values },
+            as_recorded: self.as_recorded,
+            nats: self.nats,
+        })
+    }
+}
+
+/// Counts that were lost.
+pub(super) struct Lost {
+    /// The effect, with what the steps say of it.
+    pub(super) added: Added,
+    as_recorded: Vec<Record>,
+    /// How much more probable its steps are as lost counts than as motion, nats.
+    nats: f64,
+}
+
+impl Lost {
+    /// Sets the effect beside all that was tried on positions without the steps.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters of the axis file.
+    pub(super) fn accuse(&self, search: &mut Search) -> Result<(), InputError> {
+        let model = &search.base.model;
+        let with_steps = model.left_over(&self.as_recorded, &search.base.fit.at)?;
+        let given = model.left_over(&self.as_recorded, &model.start())?;
+        let steps: Vec<usize> = nodes(&self.as_recorded, search.scale.z_ss_rad)
+            .iter()
+            .zip(&search.nodes)
+            .enumerate()
+            .filter(|(_, (recorded, mended))| mended.excluded && !recorded.excluded)
+            .map(|(place, _)| place)
+            .collect();
+        let usual = |h: &Hypothesis| search.noise.usual(&search.nodes, &h.held_out);
+        let mut found = vec![(self.beside(&search.base), usual(&search.base))];
+        for single in search.single.iter().filter(|h| !of_noise(h)).take(BESIDE) {
+            found.push((self.beside(single), usual(single)));
+        }
+        let without = std::iter::once(&mut search.base)
+            .chain(&mut search.single)
+            .chain(&mut search.several);
+        for &place in &steps {
+            search.nodes[place].excluded = false;
+            search.as_given[place] = given[place];
+        }
+        for hypothesis in without {
+            for &place in &steps {
+                hypothesis.held_out[place] = with_steps[place];
+                hypothesis.fit.left_over[place] = with_steps[place];
+            }
+            hypothesis.scored(&search.noise, &search.nodes);
+            hypothesis.score -= self.nats;
+        }
+        for (hypothesis, usual) in &mut found {
+            for &place in &steps {
+                hypothesis.held_out[place] = usual[place];
+                hypothesis.fit.left_over[place] = usual[place];
+            }
+            hypothesis.scored(&search.noise, &search.nodes);
+        }
+        let mut found = found.into_iter().map(|(hypothesis, _)| hypothesis);
+        search.shown = (self.nats > ACCUSES).then_some(ID);
+        search.single.extend(found.next());
+        search.several.extend(found);
+        for list in [&mut search.single, &mut search.several] {
+            list.sort_by(|a, b| b.score.total_cmp(&a.score));
+        }
+        Ok(())
+    }
+
+    fn beside(&self, hypothesis: &Hypothesis) -> Hypothesis {
+        let mut both = hypothesis.clone();
+        both.added.insert(0, self.added.entry);
+        both.model.effects.push(self.added.clone());
+        both
+    }
+}
