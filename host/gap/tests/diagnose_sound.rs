@@ -73,3 +73,29 @@ fn what_hygiene_leaves_out_is_not_fitted() {
     let off = (jumps.gap.before - sound.gap.before).abs();
     assert!(off < 0.0008, "{} {}", jumps.gap.before, sound.gap.before);
 }
+
+#[test]
+fn a_log_of_another_scale_is_left_out() {
+    let axis = linear(1000.0);
+    let sound = [Named::Sine, Named::Moves].map(|named| record(&axis, named, 6.0, 0.01, 1));
+    let alone = diagnosed(&sound[..1], &axis).unwrap();
+    let mut doubled = sound[1].clone();
+    doubled.file = "doubled.csv".into();
+    // On no grid that says so by itself.
+    doubled
+        .position
+        .values
+        .iter_mut()
+        .for_each(|q| *q *= 1.9997);
+    let both = diagnosed(&[sound[0].clone(), doubled.clone()], &axis).unwrap();
+    assert!(
+        both.notes[0].starts_with("doubled.csv: wrong-scale: ")
+            && both.notes[0].contains("left out"),
+        "{:?}",
+        both.notes
+    );
+    assert_eq!(both.gap.before.to_bits(), alone.gap.before.to_bits());
+    // Where no other log speaks for the file, it may be the file.
+    let error = diagnosed(&[doubled], &axis).unwrap_err();
+    assert!(error.message.starts_with("wrong-scale: "), "{error}");
+}

@@ -51,3 +51,22 @@ fn friction_far_from_what_was_believed_is_parameters() {
     // 0.0017 off; fitted with the noise of one fit alone it stays 0.014 off.
     assert!((coulomb.2 / 0.0303 - 1.0).abs() < 0.005, "{coulomb:?}");
 }
+
+#[test]
+fn an_effect_gains_nothing_on_records_of_the_simulator_without_it() {
+    let mut truth = AXIS.to_string();
+    truth.push_str(
+        "[[effect]]\nid = \"mechanics.spring\"\nstiffness_nm_rad = 0.004\nrest_rad = 0.0\n",
+    );
+    let truth = AxisFile::parse(&truth, Path::new("axis.toml")).unwrap();
+    let experiments = [(Named::Sine, 5.0), (Named::Multisine, 5.0)];
+    let logs = logs_of(&truth, &experiments, 3e-4);
+    let search = diagnosed(&axis(), &logs, &["mechanics.spring"]).search;
+    let gained = search.single[0].score - search.base.score;
+    let null = &search.nulls[0];
+    println!("{gained:.0} nats, {:.1} where it is not", null.nats);
+    // Chance is worth a nat for each of its two values, searched from some 45 starts: ln 45 more.
+    assert_eq!(null.id, "mechanics.spring");
+    assert!(null.nats < 2.0 + 45_f64.ln(), "{null:?}");
+    assert!(gained > 10.0 * null.nats.max(10.0), "{gained} {null:?}");
+}

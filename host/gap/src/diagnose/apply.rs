@@ -1,7 +1,7 @@
 //! The loop closes: the axis file with the simulator's own parameters as refitted, and the named effects in it.
 
 use super::Outcome;
-use super::search::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::verdict::Kind;
 use crate::axis_file::{AxisFile, EffectEntry};
 use crate::believed::Believed;

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Effects with bristles of their own.
 const IN_SERIES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
-/// Fewest waves over the stroke of a linear axis: fewer stand for any smooth curve.
+/// Fewest waves over the stroke of a linear axis, or the longest stretch of time: fewer stand for any smooth curve.
 const LEAST_WAVES: f64 = 2.0;
 /// Beside them the simulator's bristles start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
@@ -151,12 +151,8 @@ impl<'a> Background<'a> {
                 }
                 Kind::Order if unit == Unit::Rotary => {}
                 Kind::Order | Kind::Frequency => {
-                    let (span, least) = if parameter.kind == Kind::Order {
-                        (self.scale.stroke_rad(), self.least_order())
-                    } else {
-                        (self.scale.duration_s, 0.0)
-                    };
-                    let near = 0.5 / span.max(1e-9);
+                    let least = self.least_line(parameter.kind);
+                    let near = 0.5 / self.span(parameter.kind);
                     model.free.push(Free::linear(
                         owner,
                         name,
@@ -195,9 +191,18 @@ impl<'a> Background<'a> {
         model
     }
 
-    /// Fewest waves a metre that are told from any smooth curve over the travel.
-    pub(super) fn least_order(&self) -> f64 {
-        LEAST_WAVES / self.scale.stroke_rad().max(1e-9)
+    /// Fewest waves a metre or a second that are told from any smooth curve.
+    pub(super) fn least_line(&self, kind: Kind) -> f64 {
+        LEAST_WAVES / self.span(kind)
+    }
+
+    /// Travel that an order, or time that a frequency is seen over, m or s.
+    fn span(&self, kind: Kind) -> f64 {
+        let span = match kind {
+            Kind::Frequency => self.scale.duration_s,
+            _ => self.scale.stroke_rad(),
+        };
+        span.max(1e-9)
     }
 
     /// Fits the model with an effect from its best starts.

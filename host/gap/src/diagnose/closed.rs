@@ -1,7 +1,8 @@
 //! How much of the gap a hypothesis closes on part of the data that took no part in its fit.
 
+use super::hypothesis::Hypothesis;
 use super::regime::{FOLDS, Node};
-use super::search::{Hypothesis, Search};
+use super::search::Search;
 use super::verdict::Closed;
 
 /// 95 % quantile of a Student distribution with four degrees of freedom, one less than there are folds.

@@ -1,8 +1,9 @@
 //! Where the gap lies: shares of what a hypothesis takes away, or of what is left, by regime, position, speed, time and
 //! acceleration.
 
+use super::hypothesis::Hypothesis;
 use super::regime::{Node, Regime};
-use super::search::{Hypothesis, Search};
+use super::search::Search;
 use serde::Serialize;
 
 /// A part of the data and its share of the gap's square.

@@ -2,8 +2,9 @@
 //! taken out before anything is fitted. What they would leave over speaks for the effect, and every other effect is
 //! judged beside it.
 
+use super::hypothesis::{Hypothesis, of_noise};
 use super::regime::nodes;
-use super::search::{BESIDE, Hypothesis, Search, of_noise};
+use super::search::{BESIDE, Search};
 use super::verdict::ACCUSES;
 use crate::error::InputError;
 use crate::hygiene::Jump;
@@ -66,6 +67,11 @@ impl Steps {
             self.nats += 0.5 * deviations * deviations;
         }
         self.as_recorded.push(as_recorded);
+    }
+
+    /// A log without any.
+    pub(super) fn none(&mut self, record: &Record) {
+        self.as_recorded.push(record.clone());
     }
 
     /// What was lost, if the catalogue may say so; none where nothing was, or a counter wraps.

@@ -4,7 +4,8 @@
 //! since the axis does not pass angles evenly (Lomb 1976, Astrophys. Space Sci. 39); one over time is a mean of
 //! half-overlapping Hann windows (Welch 1967, IEEE Trans. Audio Electroacoust. 15).
 
-use super::search::{Hypothesis, Search};
+use super::hypothesis::Hypothesis;
+use super::search::Search;
 use bristle_plant::Unit;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;

@@ -5,7 +5,7 @@
 
 use super::apply::axis_file;
 use super::held_out::spreads;
-use super::search::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::verdict::Kind;
 use super::{NextExperiment, Outcome};
 use crate::axis_file::AxisFile;

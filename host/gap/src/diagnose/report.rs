@@ -2,9 +2,10 @@
 
 use super::closed::closed_over;
 use super::held_out::spreads;
+use super::hypothesis::Hypothesis;
 use super::maps::{Map, maps};
 use super::regime::{Node, Regime};
-use super::search::{Hypothesis, Search};
+use super::search::Search;
 use super::{Closed, Outcome};
 use crate::inverse::{Own, Owner};
 use crate::report::{Bars, Plot, Report, Table, short};
@@ -264,6 +265,7 @@ fn ranking(page: Report, outcome: &Outcome) -> Report {
             "probability",
             &format!("gap after, {unit}"),
             "closed",
+            "gain alone (null), nats",
             "values",
         ],
     );
@@ -285,6 +287,7 @@ fn ranking(page: Report, outcome: &Outcome) -> Report {
             format!("{:.3}", candidate.probability),
             short(candidate.gap_after),
             interval(&candidate.closed_fraction),
+            gained(&outcome.search, &candidate.effect),
             values.join(", "),
         ]);
     }
@@ -296,6 +299,18 @@ fn ranking(page: Report, outcome: &Outcome) -> Report {
         bars = bars.bar(name, probability, &format!("{probability:.3}"));
     }
     page.heading("What explains it").bars(bars).table(table)
+}
+
+/// What an effect gains alone, and what it gains on records of the refitted simulator without it.
+fn gained(search: &Search, id: &str) -> String {
+    let alone = search.single.iter().find(|h| h.added[0].id == id);
+    let null = search.nulls.iter().find(|null| null.id == id);
+    let nats = alone.map(|h| format!("{:.0}", h.score - search.base.score));
+    match (nats, null) {
+        (Some(nats), Some(null)) => format!("{nats} ({:.0})", null.nats),
+        (Some(nats), None) => nats,
+        (None, _) => "-".to_string(),
+    }
 }
 
 fn parameters(page: Report, outcome: &Outcome, shown: Option<&Hypothesis>) -> Report {

@@ -7,8 +7,9 @@
 //! taken off the error. A free run starts once, at rest or moving as the record does.
 
 use super::apply::entries;
+use super::hypothesis::Hypothesis;
 use super::regime::Regime;
-use super::search::{Hypothesis, Search};
+use super::search::Search;
 use super::{Closed, Outcome, closed_over};
 use crate::believed::Noise;
 use crate::error::InputError;

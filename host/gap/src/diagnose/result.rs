@@ -262,7 +262,7 @@ fn block(id: &str) -> String {
 /// Values of what was added, by name; of several effects with the id before it.
 pub fn parameters(
     search: &Search,
-    hypothesis: &super::search::Hypothesis,
+    hypothesis: &super::hypothesis::Hypothesis,
     unit: Unit,
 ) -> BTreeMap<String, f64> {
     let believed = search.base.model.effects.len();

@@ -1,17 +1,16 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
 use super::apply::axis_at;
-use super::candidate::{Background, Start, cuts};
-use super::held_out::held_out;
+use super::candidate::{Background, Start};
+use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise};
 use super::likelihood::{Noise, Own};
+use super::null::{Null, nulls};
 use super::regime::{Node, nodes};
 use super::signature;
-use super::verdict::leaves_room;
+use super::verdict::{ACCUSES, leaves_room};
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{
-    self, Fit, Free, Model, Owner, Record, fit, fit_at, fit_near, has_bristles, scale,
-};
+use crate::inverse::{self, Fit, Model, Owner, Record, fit, fit_at, fit_near, has_bristles, scale};
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
@@ -26,12 +25,12 @@ const WORTH_A_ROUND: f64 = 6.0;
 const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
 const CLOSE: f64 = 0.6;
-/// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
-pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
 /// Of those so many are fitted with the noise that the best one leaves.
 const KEPT: usize = 9;
 /// The best of them are fitted once more with a Jacobian of their own.
 const POLISHED: usize = 3;
+/// Of so many it is asked what they gain where they are not.
+const NULLS: usize = 3;
 /// Effects that are tried beside the best one.
 pub(super) const BESIDE: usize = 4;
 /// Most effects at once.
@@ -44,57 +43,6 @@ const STRAYS: f64 = 2.0;
 const HELD: f64 = 0.5;
 /// Standard deviation of a parameter of the axis file, as a share of it.
 pub const DOUBT: f64 = 0.15;
-
-/// The simulator, perhaps with effects, fitted and scored.
-#[derive(Clone)]
-pub struct Hypothesis {
-    /// Effects that were added to what is believed.
-    pub added: Vec<&'static Entry>,
-    /// The model.
-    pub model: Model,
-    /// Its fit.
-    pub fit: Fit,
-    /// What it leaves over on data that took no part, N m.
-    pub held_out: Vec<f64>,
-    /// Logarithm of the density of that, and of where the simulator's own parameters have gone.
-    pub score: f64,
-    /// The second part of that.
-    pub log_belief: f64,
-}
-
-impl Hypothesis {
-    /// Ids of what was added.
-    pub fn ids(&self) -> Vec<&'static str> {
-        self.added.iter().map(|entry| entry.id).collect()
-    }
-
-    /// Scores what it leaves over at all nodes that count.
-    pub(super) fn scored(&mut self, noise: &Noise, nodes: &[Node]) {
-        self.score = noise.log_density(nodes, &self.held_out) + self.log_belief;
-    }
-
-    /// The same beside noise that takes as much off it as off the base.
-    fn beside_noise(mut self, noise: &Self, base: &Self) -> Self {
-        let square = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>();
-        let part = (square(&noise.held_out) / square(&base.held_out)).sqrt();
-        for r in &mut self.held_out {
-            *r *= part;
-        }
-        self.score += noise.score - base.score;
-        self.model
-            .effects
-            .extend(noise.model.effects.last().cloned());
-        self
-    }
-}
-
-/// Whether nothing but noise was added.
-pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
-    hypothesis
-        .added
-        .iter()
-        .all(|entry| NOISE_ONLY.contains(&entry.id))
-}
 
 /// All that was tried.
 pub struct Search {
@@ -112,12 +60,16 @@ pub struct Search {
     pub as_given: Vec<f64>,
     /// What the method leaves over of the simulator as it stands on records of its own.
     pub own_as_given: Own,
+    /// The same of the refitted simulator.
+    pub own: Own,
     /// The simulator with its own parameters refitted.
     pub base: Hypothesis,
     /// With one effect, best first.
     pub single: Vec<Hypothesis>,
     /// With several, best first.
     pub several: Vec<Hypothesis>,
+    /// What the best effects gain on records of the refitted simulator without them.
+    pub nulls: Vec<Null>,
     /// The effect that positions showed by themselves: whatever else is named, it is.
     pub shown: Option<&'static str>,
     /// Every effect and the fall of squares that screening expects of it.
@@ -138,15 +90,8 @@ pub fn search(
     let nodes = nodes(&records, scale.z_ss_rad);
     let model = Model::base(believed, &records, DOUBT)?;
     let as_given = model.left_over(&records, &model.start())?;
-    let noise_of = |left_over: &[f64], own: &Own| {
-        let holds_nm = if has_bristles(believed.model) {
-            0.0
-        } else {
-            HELD * believed.coulomb_nm
-        };
-        let inertia = scale.inertia_kg_m2;
-        Noise::beside(&records, &nodes, left_over, inertia, holds_nm, own)
-    };
+    let noise_of =
+        |left_over: &[f64], own: &Own| noise_of(&model, &records, &nodes, left_over, own);
     let own_as_given = own_left_over(&model, &model.start(), &records, &scale);
     let mut noise = noise_of(&as_given, &own_as_given);
     let mut weights = noise.weights(&nodes);
@@ -211,7 +156,9 @@ pub fn search(
     // Noise once more, now from the best that was found: what it explains is no noise.
     let old = weights.clone();
     if let Some((_, with, best)) = tried.iter().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
-        let own = own.or_less(&own_left_over(with, &best.at, &records, &scale));
+        let own = own
+            .clone()
+            .or_less(&own_left_over(with, &best.at, &records, &scale));
         noise = noise_of(&best.left_over, &own);
         weights = noise.weights(&nodes);
     }
@@ -267,24 +214,13 @@ pub fn search(
         kept.2 = fit;
     }
     let noise = noise.explaining(&nodes, &fitted.left_over);
-    let score = |added: Vec<&'static Entry>, mut model: Model, mut fit: Fit| {
-        // Fitted as it cuts, judged by the effort that was recorded: cut to nothing it would explain everything.
-        let cuts = added.iter().any(|entry| cuts(entry));
-        if cuts && !model.scales_effort && model.changes_gain(&records, &fit.at)? {
-            model.scales_effort = true;
-            fit = fit_at(&model, &records, &weights, fit.at)?;
-        }
-        let held_out = held_out(&model, &fit, &weights, &nodes);
-        let log_belief = log_belief(&model, &fit.at);
-        Ok(Hypothesis {
-            score: noise.log_density(&nodes, &held_out) + log_belief,
-            log_belief,
-            added,
-            model,
-            fit,
-            held_out,
-        })
+    let judge = Judge {
+        records: &records,
+        nodes: &nodes,
+        weights: &weights,
+        noise: &noise,
     };
+    let score = |added, model, fit| judge.hypothesis(added, model, fit);
     let base = score(Vec::new(), model, fitted)?;
     let mut single = tried
         .into_iter()
@@ -335,8 +271,7 @@ pub fn search(
         several.extend(found);
     }
     several.sort_by(|a, b| b.score.total_cmp(&a.score));
-    progress(1.0);
-    Ok(Search {
+    let mut search = Search {
         screened: screened
             .into_iter()
             .map(|(entry, starts)| (entry, gain(&starts)))
@@ -348,11 +283,49 @@ pub fn search(
         weights,
         as_given,
         own_as_given,
+        own,
         base,
         single,
         several,
+        nulls: Vec::new(),
         shown: None,
-    })
+    };
+    let gains = |h: &&Hypothesis| h.score - search.base.score > ACCUSES && !of_noise(h);
+    let accusable: Vec<&'static Entry> = search
+        .single
+        .iter()
+        .take(NULLS)
+        .filter(gains)
+        .map(|h| h.added[0])
+        .collect();
+    // A simulator that diverges has no null.
+    search.nulls = nulls(&search, &accusable).unwrap_or_default();
+    progress(1.0);
+    Ok(search)
+}
+
+/// The noise of records that a fitted model leaves this over of.
+pub(super) fn noise_of(
+    model: &Model,
+    records: &[Record],
+    nodes: &[Node],
+    left_over: &[f64],
+    own: &Own,
+) -> Noise {
+    let believed = &model.believed;
+    let holds_nm = if has_bristles(believed.model) {
+        0.0
+    } else {
+        HELD * believed.coulomb_nm
+    };
+    Noise::beside(
+        records,
+        nodes,
+        left_over,
+        believed.whole_inertia_kg_m2(),
+        holds_nm,
+        own,
+    )
 }
 
 /// What the method leaves over of a model's own records; nothing where it cannot be simulated.
@@ -369,18 +342,6 @@ fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -
             Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
         })
         .unwrap_or_default()
-}
-
-/// Logarithm of how far the simulator's own parameters are believed, but for a constant.
-fn log_belief(model: &Model, at: &[f64]) -> f64 {
-    let own = |free: &&Free| matches!(free.owner, Owner::Own(_));
-    model
-        .free
-        .iter()
-        .zip(at)
-        .filter(|(free, _)| own(free))
-        .map(|(free, x)| -0.5 * ((x - free.center) / free.spread).powi(2))
-        .sum()
 }
 
 /// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
@@ -402,7 +363,7 @@ fn gain(starts: &[Start]) -> f64 {
 }
 
 /// The starts of each effect, most promising effect first.
-fn screen(
+pub(super) fn screen(
     background: &Background<'_>,
     catalogue: &[&'static Entry],
     progress: &dyn Fn(f64),
@@ -416,7 +377,7 @@ fn screen(
     screened
 }
 
-fn fit_best(
+pub(super) fn fit_best(
     background: &Background<'_>,
     screened: &[(&'static Entry, Vec<Start>)],
     most: usize,

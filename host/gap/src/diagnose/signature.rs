@@ -3,9 +3,9 @@
 //!
 //! What such an effect explains is noise in the balance of torques: the inertia times the noise's second difference.
 
+use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
-use super::search::Hypothesis;
 use crate::inverse::{Added, Record};
 use bristle_plant::effect::Entry;
 use bristle_plant::effect::{Kind, Scale};

@@ -7,7 +7,7 @@ use super::lost::{Lost, Steps, mended};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::hygiene::{Code, Excluded, Hygiene, Severity, inspect};
+use crate::hygiene::{Code, Excluded, Finding, Hygiene, Severity, inspect};
 use crate::inverse::Record;
 use crate::log::Log;
 use bristle_plant::effect::Entry;
@@ -18,7 +18,7 @@ const END_PART: f64 = 0.02;
 
 /// The logs, prepared.
 pub(super) struct Sound {
-    /// Those that move; all of them where none does.
+    /// Those that move and whose scale agrees with the others; all of them where none moves.
     pub(super) records: Vec<Record>,
     /// Findings, a line each.
     pub(super) notes: Vec<String>,
@@ -45,16 +45,32 @@ pub(super) fn sound(
             .any(|finding| finding.code == Code::NeverMoved)
     };
     let moves = !inspected.iter().all(still);
+    // The encoder is one for all logs: one whose scale alone is off is left out.
+    let off_scale = |hygiene: &Hygiene| {
+        let of_scale = |finding: &Finding| {
+            finding.severity == Severity::Fatal && finding.code == Code::WrongScale
+        };
+        hygiene.findings.iter().any(of_scale)
+    };
+    let in_scale = inspected
+        .iter()
+        .any(|hygiene| hygiene.balance.is_some() && !off_scale(hygiene));
+    let spared = |code: Code| code == Code::NeverMoved || (code == Code::WrongScale && in_scale);
     let (mut records, mut notes) = (Vec::new(), Vec::new());
     let mut steps = Steps::default();
     for (log, hygiene) in logs.iter().zip(&inspected) {
         for finding in &hygiene.findings {
-            if finding.severity == Severity::Fatal && finding.code != Code::NeverMoved {
+            if finding.severity == Severity::Fatal && !spared(finding.code) {
                 return Err(finding.error(&log.file));
             }
-            notes.push(format!("{}: {finding}", log.file.display()));
+            let left_out = if in_scale && finding.code == Code::WrongScale && off_scale(hygiene) {
+                "; left out, as other logs agree with the file"
+            } else {
+                ""
+            };
+            notes.push(format!("{}: {finding}{left_out}", log.file.display()));
         }
-        if !(moves && still(hygiene)) {
+        if !(moves && still(hygiene) || in_scale && off_scale(hygiene)) {
             let position = log.position_rad(axis)?;
             let sought = Sought {
                 position_rad: &position,
@@ -70,13 +86,17 @@ pub(super) fn sound(
             };
             let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
             let record = Record::new(&mended, axis, believed, &left_out(&|_| true))?;
-            let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
-            let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
-            steps.add(
-                &position,
-                &hygiene.jumps,
-                as_recorded.seen_through(record.kernel),
-            );
+            if hygiene.jumps.is_empty() {
+                steps.none(&record);
+            } else {
+                let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
+                let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
+                steps.add(
+                    &position,
+                    &hygiene.jumps,
+                    as_recorded.seen_through(record.kernel),
+                );
+            }
             records.push(record);
         }
     }

@@ -4,11 +4,14 @@ use super::candidate::Background;
 use bristle_plant::Unit;
 use nalgebra::DVector;
 use rayon::prelude::*;
+use realfft::RealFftPlanner;
 
 /// Lines that are looked at more closely.
 const LINES: usize = 3;
 /// Most lines of a spectrum: a finer one only costs time.
 const MOST_LINES: f64 = 4000.0;
+/// Lines of a spectrum over time in the width of one.
+const PADDED: usize = 4;
 /// A wave of which the kernel leaves less is not seen.
 const LEAST_LEFT: f64 = 0.1;
 /// Lines after which an angle is computed anew.
@@ -55,29 +58,113 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
             scale.unit.wave_rad(advance) * record.kernel.length as f64,
         )
     });
-    lines(&[points], range, step)
+    lines(&points, range, step)
 }
 
 /// Frequencies, most power first, with a phase of its own for each record.
 pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2]) -> Vec<f64> {
-    let scale = background.scale;
-    let step = 0.3 / scale.duration_s.max(1e-9);
-    let tau = std::f64::consts::TAU;
-    let all = points(background, still, |background, i| {
-        let node = &background.nodes[i];
+    let mut sets: Vec<Even> = background
+        .records
+        .iter()
+        .map(|record| Even {
+            spacing_s: record.step_s * record.kernel.length as f64,
+            squares: Vec::new(),
+            products: Vec::new(),
+        })
+        .collect();
+    for (i, node) in background.nodes.iter().enumerate() {
         let record = &background.records[node.record];
         let start_s = record.stretches[node.stretch].start_s;
-        (
-            tau * (start_s + node.sample as f64 * record.step_s),
-            tau * record.step_s * record.kernel.length as f64,
-        )
-    });
-    let mut split = vec![Vec::new(); background.records.len()];
-    let kept = (0..background.nodes.len()).filter(|&i| background.weights[i] > 0.0);
-    for (i, point) in kept.zip(all) {
-        split[background.nodes[i].record].push(point);
+        let time_s = start_s + node.sample as f64 * record.step_s;
+        let rest = background.fit.left_over[i] * background.weights[i];
+        sets[node.record].add(time_s, still[i], rest);
     }
-    lines(&split, range, step)
+    frequencies(&sets, range)
+}
+
+/// Nodes of a record, evenly in time: those that do not count are zero.
+struct Even {
+    spacing_s: f64,
+    /// Squares of the multiplier.
+    squares: Vec<f64>,
+    /// Products of multiplier and rest.
+    products: Vec<f64>,
+}
+
+impl Even {
+    fn add(&mut self, time_s: f64, times: f64, rest: f64) {
+        let place = (time_s / self.spacing_s).round() as usize;
+        if place >= self.squares.len() {
+            self.squares.resize(place + 1, 0.0);
+            self.products.resize(place + 1, 0.0);
+        }
+        self.squares[place] += times * times;
+        self.products[place] += times * rest;
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.squares.len() as f64 * self.spacing_s
+    }
+
+    /// Adds what a wave takes of the rest at each line from `first` on, where the nodes see it. The sums of a
+    /// least-squares spectrum are values of two Fourier transforms: Press and Rybicki 1989, Astrophys. J. 338.
+    fn add_power(&self, first: f64, step: f64, power: &mut [f64]) {
+        let length = (PADDED * self.squares.len()).next_power_of_two();
+        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = |values: &[f64]| {
+            let mut padded = values.to_vec();
+            padded.resize(length, 0.0);
+            let mut spectrum = plan.make_output_vec();
+            // It fails for other lengths than its own only.
+            plan.process(&mut padded, &mut spectrum).map(|()| spectrum)
+        };
+        let (Ok(squares), Ok(products)) = (transform(&self.squares), transform(&self.products))
+        else {
+            return;
+        };
+        let per_bin = 1.0 / (length as f64 * self.spacing_s);
+        for (i, power) in power.iter_mut().enumerate() {
+            let bin = ((first + i as f64 * step) / per_bin).round() as usize;
+            if bin > length / 2 {
+                break;
+            }
+            let twice = match 2 * bin {
+                twice if twice <= length / 2 => squares[twice],
+                twice => squares[length - twice].conj(),
+            };
+            let whole = squares[0].re;
+            let (aa, bb) = (0.5 * (whole + twice.re), 0.5 * (whole - twice.re));
+            let (ar, br) = (products[bin].re, -products[bin].im);
+            *power += solve(aa, -0.5 * twice.im, bb, ar, br).map_or(0.0, |(_, _, gain)| gain);
+        }
+    }
+}
+
+fn frequencies(sets: &[Even], [low, high]: [f64; 2]) -> Vec<f64> {
+    let longest_s = sets.iter().map(Even::duration_s).fold(1e-9, f64::max);
+    let fastest = sets
+        .iter()
+        .map(|set| 0.5 / set.spacing_s)
+        .fold(0.0, f64::max);
+    let step = 1.0 / (PADDED as f64 * longest_s);
+    let count = ((high.min(fastest) - low).max(0.0) / step) as usize + 1;
+    let mut power = vec![0.0; count];
+    for set in sets {
+        set.add_power(low, step, &mut power);
+    }
+    peaks(&power).map(|i| low + i as f64 * step).collect()
+}
+
+/// Places of the highest lines, the highest first.
+fn peaks(power: &[f64]) -> impl Iterator<Item = usize> {
+    let count = power.len();
+    let mut peaks: Vec<usize> = (0..count)
+        .filter(|&i| {
+            (i == 0 || power[i] >= power[i - 1]) && (i + 1 == count || power[i] >= power[i + 1])
+        })
+        .collect();
+    peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
+    peaks.into_iter().take(LINES)
 }
 
 /// Angle, angle that a running mean spans, multiplier and rest at each node that counts.
@@ -96,32 +183,19 @@ fn points(
         .collect()
 }
 
-fn lines(sets: &[Vec<(f64, f64, f64, f64)>], range: [f64; 2], step: f64) -> Vec<f64> {
+fn lines(set: &[(f64, f64, f64, f64)], range: [f64; 2], step: f64) -> Vec<f64> {
     let step = step.max((range[1] - range[0]) / MOST_LINES);
     let count = ((range[1] - range[0]) / step).floor() as usize + 1;
     let power: Vec<f64> = (0..count.div_ceil(TURNED))
         .into_par_iter()
         .flat_map_iter(|part| {
             let from = part * TURNED;
-            let first = range[0] + from as f64 * step;
             let mut power = vec![0.0; TURNED.min(count - from)];
-            for set in sets {
-                add_power(set, first, step, &mut power);
-            }
+            add_power(set, range[0] + from as f64 * step, step, &mut power);
             power
         })
         .collect();
-    let mut peaks: Vec<usize> = (0..count)
-        .filter(|&i| {
-            (i == 0 || power[i] >= power[i - 1]) && (i + 1 == count || power[i] >= power[i + 1])
-        })
-        .collect();
-    peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
-    peaks
-        .into_iter()
-        .take(LINES)
-        .map(|i| range[0] + i as f64 * step)
-        .collect()
+    peaks(&power).map(|i| range[0] + i as f64 * step).collect()
 }
 
 /// An angle that grows by the same step from line to line: turning costs four products where a sine costs tens.
@@ -223,7 +297,30 @@ mod tests {
                 (angle, 0.01, 1.0, (17.0 * angle + 0.4).sin())
             })
             .collect();
-        let found = lines(&[set], [1.0, 200.0], 1.0);
+        let found = lines(&set, [1.0, 200.0], 1.0);
         assert!((found[0] - 17.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn finds_a_slow_line_in_fast_records() {
+        let mut sets = Vec::new();
+        for (spacing_s, seconds, phase) in [(4e-4, 11.0, 0.4), (1e-3, 9.0, 2.0)] {
+            let mut set = Even {
+                spacing_s,
+                squares: Vec::new(),
+                products: Vec::new(),
+            };
+            for k in 0..(seconds / spacing_s) as usize {
+                let time_s = k as f64 * spacing_s;
+                // A multiplier that changes, and a rest beside the wave.
+                let times = if time_s % 1.0 < 0.3 { 0.0 } else { 1.0 };
+                let wave = (std::f64::consts::TAU * 0.8683 * time_s + phase).sin();
+                set.add(time_s, times, times * wave + 0.5 * (0.3 * time_s).sin());
+            }
+            sets.push(set);
+        }
+        let found = frequencies(&sets, [0.17, 4000.0]);
+        // A quarter of the width of a line.
+        assert!((found[0] - 0.8683).abs() < 0.25 / 11.0, "{found:?}");
     }
 }

@@ -275,8 +275,8 @@ impl Background<'_> {
             return Vec::new();
         };
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
-        if !in_time && self.scale.unit == Unit::Linear {
-            low = low.max(self.least_order());
+        if in_time || self.scale.unit == Unit::Linear {
+            low = low.max(self.least_line(entry.parameters[line].kind));
         }
         let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
         let usual = (entry.parameters[size].range)(self.scale);

@@ -6,9 +6,10 @@
 
 use super::closed::closed_over;
 use super::held_out::spreads;
+use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
-use super::search::{Hypothesis, NOISE_ONLY, Search, of_noise};
+use super::search::Search;
 use crate::inverse::{Own, Owner};
 use serde::Serialize;
 
@@ -83,6 +84,10 @@ const SHARE: f64 = 0.25;
 const SECOND: (f64, f64) = (0.12, 0.5);
 /// Of several effects each must take away alone this part of what it does beside the first one.
 const ALONE: f64 = 0.35;
+/// Fewer times of what is open are nothing.
+const COMPLETE: f64 = 1.05;
+/// Shares of the gap that two effects explain alone add up to no more than this part of what both explain.
+const OVERLAPS: f64 = 1.15;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
@@ -139,11 +144,19 @@ pub fn verdict(search: &Search) -> Verdict {
             && contribution(given_times, left_times) > MOVE_MATTERS
     };
     let shown = chosen.is_some_and(|h| search.shown.is_some_and(|id| h.ids() == [id]));
-    let accused = gain > ACCUSES
-        && chosen.is_some_and(|h| {
-            let explains = contribution(base_times, left_times) > MATTERS && explained > SHARE;
-            of_noise(h) || shown || spares(h) || explains
+    // Beyond what it gains where it is not.
+    let null = |h: &Hypothesis| search.nulls.iter().find(|null| h.ids() == [null.id]);
+    let accused = chosen.is_some_and(|h| {
+        let (nats, takes) = null(h).map_or((0.0, 0.0), |null| {
+            (
+                null.nats.max(0.0),
+                contribution(null.times[0], null.times[1]),
+            )
         });
+        let explains =
+            contribution(base_times, left_times) > MATTERS.hypot(takes) && explained > SHARE;
+        gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains)
+    });
     // What is not accused explains nothing.
     let unexplained_times = if accused { left_times } else { base_times };
     let left_unknown = unexplained_times > UNKNOWN && explained <= SHARE && !shown;
@@ -288,19 +301,21 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     let before = times(&search.base);
     let share = |h: &Hypothesis| explained(before, times(h));
     let beside = contribution(times(single), times(pair));
-    // Each must explain something by itself: what only helps another one stands for that one's error.
+    let of = |id: &str| search.single.iter().find(|h| h.added[0].id == id);
+    let shown = |id: &str| NOISE_ONLY.contains(&id) || search.shown == Some(id);
+    // Each must explain something by itself: what only helps another one stands for that one's error. Unless nothing is left.
     let alone = |id: &str| {
-        NOISE_ONLY.contains(&id)
-            || search.shown == Some(id)
-            || search
-                .single
-                .iter()
-                .any(|h| h.added[0].id == id && contribution(before, times(h)) > ALONE * beside)
+        shown(id) || of(id).is_some_and(|h| contribution(before, times(h)) > ALONE * beside)
     };
+    let complete = times(pair) < COMPLETE;
+    // Two that each explain what the other does are one effect in two forms.
+    let parts: f64 = pair.ids().iter().filter_map(|id| of(id)).map(share).sum();
+    let overlap = parts > OVERLAPS * share(pair) && !pair.ids().into_iter().any(shown);
     let worth = pair.score - single.score > ACCUSES
         && beside > SECOND.1
         && share(pair) - share(single) > SECOND.0
-        && pair.ids().into_iter().all(alone);
+        && (complete || pair.ids().into_iter().all(alone))
+        && !overlap;
     Some(if worth { pair } else { single })
 }
 

@@ -1,0 +1,117 @@
+//! The simulator, perhaps with effects: fitted, and judged by what it leaves over on data that took no part.
+
+use super::candidate::cuts;
+use super::held_out::held_out;
+use super::likelihood::Noise;
+use super::regime::Node;
+use crate::error::InputError;
+use crate::inverse::{Fit, Free, Model, Owner, Record, fit_at};
+use bristle_plant::effect::Entry;
+
+/// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
+pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+
+/// The simulator, perhaps with effects, fitted and scored.
+#[derive(Clone)]
+pub struct Hypothesis {
+    /// Effects that were added to what is believed.
+    pub added: Vec<&'static Entry>,
+    /// The model.
+    pub model: Model,
+    /// Its fit.
+    pub fit: Fit,
+    /// What it leaves over on data that took no part, N m.
+    pub held_out: Vec<f64>,
+    /// Logarithm of the density of that, and of where the simulator's own parameters have gone.
+    pub score: f64,
+    /// The second part of that.
+    pub log_belief: f64,
+}
+
+impl Hypothesis {
+    /// Ids of what was added.
+    pub fn ids(&self) -> Vec<&'static str> {
+        self.added.iter().map(|entry| entry.id).collect()
+    }
+
+    /// Scores what it leaves over at all nodes that count.
+    pub(super) fn scored(&mut self, noise: &Noise, nodes: &[Node]) {
+        self.score = noise.log_density(nodes, &self.held_out) + self.log_belief;
+    }
+
+    /// The same beside noise that takes as much off it as off the base.
+    pub(super) fn beside_noise(mut self, noise: &Self, base: &Self) -> Self {
+        let square = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>();
+        let part = (square(&noise.held_out) / square(&base.held_out)).sqrt();
+        for r in &mut self.held_out {
+            *r *= part;
+        }
+        self.score += noise.score - base.score;
+        self.model
+            .effects
+            .extend(noise.model.effects.last().cloned());
+        self
+    }
+}
+
+/// Whether nothing but noise was added.
+pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
+    hypothesis
+        .added
+        .iter()
+        .all(|entry| NOISE_ONLY.contains(&entry.id))
+}
+
+/// What hypotheses are judged by.
+pub(super) struct Judge<'a> {
+    /// The prepared logs.
+    pub(super) records: &'a [Record],
+    /// Their nodes.
+    pub(super) nodes: &'a [Node],
+    /// Weight of each node.
+    pub(super) weights: &'a [f64],
+    /// Noise by record and regime.
+    pub(super) noise: &'a Noise,
+}
+
+impl Judge<'_> {
+    /// A fitted model as a hypothesis.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn hypothesis(
+        &self,
+        added: Vec<&'static Entry>,
+        mut model: Model,
+        mut fit: Fit,
+    ) -> Result<Hypothesis, InputError> {
+        // Fitted as it cuts, judged by the effort that was recorded: cut to nothing it would explain everything.
+        let cuts = added.iter().any(|entry| cuts(entry));
+        if cuts && !model.scales_effort && model.changes_gain(self.records, &fit.at)? {
+            model.scales_effort = true;
+            fit = fit_at(&model, self.records, self.weights, fit.at)?;
+        }
+        let mut hypothesis = Hypothesis {
+            held_out: held_out(&model, &fit, self.weights, self.nodes),
+            log_belief: log_belief(&model, &fit.at),
+            score: 0.0,
+            added,
+            model,
+            fit,
+        };
+        hypothesis.scored(self.noise, self.nodes);
+        Ok(hypothesis)
+    }
+}
+
+/// Logarithm of how far the simulator's own parameters are believed, but for a constant.
+fn log_belief(model: &Model, at: &[f64]) -> f64 {
+    let own = |free: &&Free| matches!(free.owner, Owner::Own(_));
+    model
+        .free
+        .iter()
+        .zip(at)
+        .filter(|(free, _)| own(free))
+        .map(|(free, x)| -0.5 * ((x - free.center) / free.spread).powi(2))
+        .sum()
+}

@@ -1,0 +1,86 @@
+//! What an effect gains where it is not: it is fitted to records that the refitted simulator alone would have left, with
+//! their noise, through the same steps.
+
+use super::apply::axis_at;
+use super::candidate::Background;
+use super::hypothesis::{Hypothesis, Judge};
+use super::regime::nodes;
+use super::search::{Search, fit_best, noise_of, screen};
+use crate::error::InputError;
+use crate::inverse::{fit, fit_at, twin};
+use bristle_plant::effect::Entry;
+use rayon::prelude::*;
+
+/// What an effect takes away where it is not.
+#[derive(Clone, Copy, Debug)]
+pub struct Null {
+    /// Which effect.
+    pub id: &'static str,
+    /// Gain of the held-out score, nats.
+    pub nats: f64,
+    /// Times of what is open that are left without and with it.
+    pub times: [f64; 2],
+}
+
+/// What these effects gain on such records.
+///
+/// # Errors
+/// The refitted simulator cannot be simulated.
+pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<Null>, InputError> {
+    if entries.is_empty() {
+        return Ok(Vec::new());
+    }
+    let base = &search.base;
+    let axis = axis_at(&base.model.at(&base.fit.at));
+    let twins = search
+        .records
+        .par_iter()
+        .enumerate()
+        .map(|(place, record)| {
+            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
+            let twin = twin(&axis, record, noise_nm, place as u64)?;
+            Ok(twin.seen_through(record.kernel))
+        })
+        .collect::<Result<Vec<_>, InputError>>()?;
+    let nodes = nodes(&twins, search.scale.z_ss_rad);
+    let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
+    let left_over = base.model.left_over(&twins, &base.fit.at)?;
+    let weights = noise(&left_over).weights(&nodes);
+    let plain = fit(&base.model, &twins, &weights, base.fit.at.clone())?;
+    let noise = noise(&plain.left_over).explaining(&nodes, &plain.left_over);
+    let weights = noise.weights(&nodes);
+    let plain = fit(&base.model, &twins, &weights, plain.at)?;
+    let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
+    let found = fit_best(
+        &background,
+        &screen(&background, entries, &|_| ()),
+        entries.len(),
+        true,
+    )?;
+    let judge = Judge {
+        records: &twins,
+        nodes: &nodes,
+        weights: &weights,
+        noise: &noise,
+    };
+    let times = |h: &Hypothesis| noise.times_open(&nodes, &h.held_out);
+    let without = judge.hypothesis(Vec::new(), base.model.clone(), plain.clone())?;
+    let before = times(&without);
+    let mut nulls: Vec<Null> = entries
+        .iter()
+        .map(|entry| Null {
+            id: entry.id,
+            nats: 0.0,
+            times: [before, before],
+        })
+        .collect();
+    for (entry, model, fit) in found {
+        let fit = fit_at(&model, &twins, &weights, fit.at)?;
+        let with = judge.hypothesis(vec![entry], model, fit)?;
+        if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {
+            null.nats = with.score - without.score;
+            null.times[1] = times(&with);
+        }
+    }
+    Ok(nulls)
+}
