@@ -74,7 +74,7 @@ pub struct Verdict {
 pub(super) const ACCUSES: f64 = 20.0;
 /// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
 /// error leaves to it.
-const MATTERS: f64 = 0.3;
+const MATTERS: f64 = 0.4;
 /// The same for a change of the simulator's own parameters.
 const MOVE_MATTERS: f64 = 0.5;
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
