@@ -6,7 +6,7 @@ use crate::axis_file::{AxisFile, FrictionModel};
 use crate::believed::Believed;
 use crate::diagnose::{Background, Node, Noise, nodes};
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Own, Owner, Point, Record, has_bristles, scale};
+use crate::inverse::{self, Fit, Free, Model, Own, Owner, Point, Record, has_bristles, scale};
 use crate::signal::rms;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Scale};
@@ -30,6 +30,11 @@ const DEFLECTIONS: [[f64; 5]; 2] = [
 const LEAST_COUNTS: f64 = 2.5;
 /// Starts that are fitted.
 const FITTED: usize = 3;
+
+/// Break-away ratios from which a fit is tried again, with so many times the stiffness.
+const VALLEYS: [(f64, f64); 3] = [(0.85, 0.5), (0.6, 0.7), (0.2, 1.5)];
+/// A Stribeck velocity above this part of the top speed is viscous friction's.
+const FASTEST_STRIBECK: f64 = 0.5;
 
 /// How a fit weights its nodes, and when it takes an effort to act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,10 +214,41 @@ impl Joint {
                     "check the inertia and the units of the logs",
                 )
             })?;
+        best = best.of_valleys(data)?;
         for entry in with {
             best = best.with(data, entry)?;
         }
         Ok(best)
+    }
+
+    /// The best of the valleys of the break-away ratio: stiff bristles that creep from the start look much like softer ones
+    /// that hold until break-away, and a fit does not cross from one to the other.
+    fn of_valleys(self, data: &Data) -> Result<Self, InputError> {
+        let place = |own: Own| {
+            let of = |free: &Free| free.owner == Owner::Own(own);
+            self.model.free.iter().position(of)
+        };
+        let (Some(ratio), Some(stiffness)) = (place(Own::BreakawayRatio), place(Own::Stiffness))
+        else {
+            return Ok(self);
+        };
+        let others = VALLEYS
+            .par_iter()
+            .map(|(value, times)| {
+                let mut at = self.fit.at.clone();
+                at[ratio] = *value;
+                at[stiffness] += times.ln();
+                inverse::fit(&self.model, &data.records, &data.weights, at)
+            })
+            .collect::<Result<Vec<_>, InputError>>()?;
+        let best = others
+            .into_iter()
+            .filter(|fit| fit.cost < self.fit.cost)
+            .min_by(|a, b| a.cost.total_cmp(&b.cost));
+        Ok(match best {
+            Some(fit) => Self { fit, ..self },
+            None => self,
+        })
     }
 
     /// Fits again with the data's present weights.
@@ -301,6 +337,10 @@ fn suited(mut model: Model, data: &Data) -> Model {
     for free in &mut model.free {
         match free.owner {
             Owner::Effect(..) => free.spread = free.range[1] - free.range[0],
+            Owner::Own(Own::StribeckVelocity) => {
+                let most = FASTEST_STRIBECK * data.scale.top_speed_rad_s;
+                free.range[1] = free.range[1].min(most).max(free.start);
+            }
             Owner::Own(Own::Skew) if data.weighting == Weighting::Equal => {
                 let record = &data.records[0];
                 let at_sample = -0.5 * record.step_s / record.averaged as f64;

@@ -13,6 +13,8 @@ use std::path::Path;
 
 /// Fewest sliding nodes that a regression over four columns is trusted with.
 const ENOUGH_NODES: usize = 40;
+/// Slower than this part of the top speed an axis may creep on its bristles, at any friction up to the whole.
+const CREEPS: f64 = 0.05;
 /// A column that another explains to this part says nothing of its own.
 const SINGULAR: f64 = 1e-4;
 /// A log without a stiffness starts from a bristle deflection of so much, rad or m.
@@ -168,6 +170,16 @@ fn regression(records: &[Record]) -> Option<Rough> {
             sliding_rows(record, stretch, &mut rows);
         }
     }
+    let top_rad_s = rows.iter().fold(0.0, |top: f64, row| top.max(row[3].abs()));
+    let fast: Vec<Row> = rows
+        .iter()
+        .filter(|row| row[3].abs() > CREEPS * top_rad_s)
+        .copied()
+        .collect();
+    solved(&fast).or_else(|| solved(&rows))
+}
+
+fn solved(rows: &[Row]) -> Option<Rough> {
     if rows.len() < ENOUGH_NODES {
         return None;
     }
