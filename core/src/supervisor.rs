@@ -140,7 +140,8 @@ pub struct Supervisor {
     asked_tick: u32,
     /// Tick at which somebody outside has to look.
     watched_tick: u32,
-    /// The first tick that its number alone makes unusual: the time-out's or the watched one.
+    /// The first tick that its number alone makes unusual: the time-out's or the watched one. After a request the next tick,
+    /// which finds it.
     due_tick: u32,
     index: Index,
     refused: u32,
@@ -189,8 +190,7 @@ impl Supervisor {
         self.watched_tick = tick;
     }
 
-    /// Finds the next tick that its number makes unusual: when torque may flow again, with new limits, and at such a tick.
-    /// A request in between only moves the time-out on, and is left to the tick that was found.
+    /// Finds the next tick that its number makes unusual: with new limits, and at such a tick.
     #[inline]
     pub(crate) fn renew(&mut self, limits: &Limits) {
         let silent = self.tick.wrapping_sub(self.asked_tick);
@@ -254,6 +254,8 @@ impl Supervisor {
     #[inline(always)]
     pub fn ask(&mut self, limits: &Limits, request: Request) {
         self.asked_tick = self.tick;
+        // What was found before may be this tick, which has been looked at and would be the last one.
+        self.due_tick = self.tick.wrapping_add(1);
         match (request, self.state) {
             (Request::Arm, State::Idle) if !self.alarms.has(Alarms::UNWELL) => {
                 self.state = State::Armed;
@@ -270,7 +272,6 @@ impl Supervisor {
             (Request::Start, State::Armed) => {
                 self.stopping = false;
                 self.held = Alarms::HELD.when(self.ticks_limited >= limits.limit_ticks);
-                self.renew(limits);
             }
             (Request::ClearFault, State::Fault) => {
                 self.state = State::Idle;

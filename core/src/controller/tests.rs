@@ -253,6 +253,32 @@ fn each_request_moves_the_time_out_on() {
 }
 
 #[test]
+fn a_request_in_the_tick_of_the_time_out_costs_neither_the_next_one_nor_the_end() {
+    let config = BENCH.build(TICK_S, 1).unwrap();
+    let experiment = Experiment::Sine {
+        amplitude_nm: 0.001,
+        period_ticks: 10_000,
+    };
+    // Begins in tick 201: the time-out comes in tick 10,201 without the request, and 10,000 later with it.
+    for (ticks, last_tick, end) in [
+        (15_000, 15_201, End::Finished),
+        (30_000, 20_201, End::Fault),
+    ] {
+        let mut controller = armed(&config);
+        let order = play(experiment, Bounds::open(ticks));
+        let mut record = ordered(&mut controller, &config, 7, order).record;
+        while record.status.ended() == Some(End::None) {
+            assert!(record.tick < last_tick, "{ticks}");
+            if record.tick == 10_200 {
+                controller.obey(&config, &Order::Request(Request::KeepAlive));
+            }
+            record = controller.step(&config, &well(7)).record;
+        }
+        assert_eq!((record.tick, record.status.ended()), (last_tick, Some(end)));
+    }
+}
+
+#[test]
 fn a_jump_of_the_counter_is_a_fault_and_control_goes_on() {
     let config = BENCH.build(TICK_S, 1).unwrap();
     let mut controller = armed(&config);
