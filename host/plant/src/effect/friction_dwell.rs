@@ -1,13 +1,16 @@
 //! Break-away that grows with the time at rest and is lost within a short slip.
 //!
 //! F (1 + A theta), d theta/dt = (1 - theta)/T - theta |ds/dt|/D. The slip s is that of an anchor which the axis drags
-//! along at the distance D, so that presliding and noise at rest are no slip. Before the record it has long been at rest.
-//! In each step theta takes its exact exponential.
+//! along at a part of the distance D, so that noise at rest is no slip. Before the record the axis has long been at rest,
+//! or has just slipped. In each step theta takes its exact exponential.
 //!
 //! Source: the ageing law of Dieterich, "Modeling of rock friction", J. Geophys. Res. 84(B5), 1979, and Ruina 1983, made
 //! linear in theta; rising stiction: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 12.
 
 use super::{Effect, Entry, Instant, Kind, Parameter};
+
+/// Distance of the anchor as a part of D: a tremble of less is no slip.
+const ANCHOR: f64 = 0.15;
 
 struct Dwell {
     rise_share: f64,
@@ -25,7 +28,8 @@ impl Effect for Dwell {
     fn friction(&mut self, now: &Instant, friction_nm: f64) -> f64 {
         let q = now.motion.load_position_rad;
         let before = self.anchor_rad.unwrap_or(q);
-        let after = before.clamp(q - self.slip_rad, q + self.slip_rad);
+        let reach = ANCHOR * self.slip_rad;
+        let after = before.clamp(q - reach, q + reach);
         self.anchor_rad = Some(after);
         let ageing = now.step_s / self.dwell_s;
         let both = ageing + (after - before).abs() / self.slip_rad;
@@ -47,6 +51,7 @@ pub(super) const ENTRY: Entry = Entry {
             [scale.z_ss_rad, 10.0 * scale.z_ss_rad]
         })
         .or(1e-3),
+        Parameter::same("rested_before", Kind::Form, |_| [0.0, 1.0]).or(1.0),
     ],
     build: |values, _| {
         Box::new(Dwell {
@@ -54,7 +59,7 @@ pub(super) const ENTRY: Entry = Entry {
             dwell_s: values[1].max(f64::MIN_POSITIVE),
             slip_rad: values[2].abs().max(f64::MIN_POSITIVE),
             anchor_rad: None,
-            aged: 1.0,
+            aged: values[3].clamp(0.0, 1.0),
         })
     },
 };
@@ -67,7 +72,7 @@ mod tests {
 
     /// Factor on friction after sliding well away and then a rest, in steps of a length.
     fn after_rest(rest_s: f64, step_s: f64) -> f64 {
-        let mut effect = (ENTRY.build)(&[0.5, 0.5, 1e-3], Unit::Rotary);
+        let mut effect = (ENTRY.build)(&[0.5, 0.5, 1e-3, 1.0], Unit::Rotary);
         let mut step = |q, step_s| {
             let now = Instant {
                 step_s,
@@ -81,7 +86,7 @@ mod tests {
         for _ in 0..(rest_s / step_s).round() as i32 {
             // A count of noise is no slip.
             step(0.099, 0.5 * step_s);
-            step(0.099 + 4e-4, 0.5 * step_s);
+            step(0.099 + 1e-4, 0.5 * step_s);
         }
         step(0.099, 0.0)
     }
@@ -103,7 +108,7 @@ mod tests {
     #[test]
     fn only_the_break_away_is_higher() {
         // Torque that rises slowly on a static axis of 0.02 N m: it lets go at 0.03 and then slides at 0.02.
-        let effect = (ENTRY.build)(&[0.5, 0.5, 1e-3], Unit::Rotary);
+        let effect = (ENTRY.build)(&[0.5, 0.5, 1e-3, 1.0], Unit::Rotary);
         let mut axis = testing::axis(testing::coulomb(), vec![effect]);
         let mut torque = 0.0;
         while axis.truth().motion.velocity_rad_s == 0.0 && torque < 1.0 {

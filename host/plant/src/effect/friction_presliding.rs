@@ -1,13 +1,13 @@
 //! Presliding by elasto-plastic bristles, on an axis whose friction model is static.
 //!
 //! F = s level(v) + viscous, s the share of the level that bristles of deflection z_ss carry: the elasto-plastic model of
-//! `core` with a level of one, and a damping of d times its stiffness. Where the model has bristles, their z_ss adds up.
+//! `core` with a level of one, and a damping of d times its stiffness. In steady sliding s = sgn(v), and F is that of the
+//! model. Where the model has bristles, their z_ss adds up.
 //!
 //! Source: Dupont, Hayward, Armstrong, Altpeter, "Single state elastoplastic friction models", IEEE TAC 47(5), 2002.
 
-use super::bristles::{Bristles, OnBristles};
 use super::{Effect, Entry, Kind, Parameter};
-use crate::contact::Contact;
+use crate::contact::{Contact, Levels};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
 use bristle_core::stribeck::Stribeck;
 
@@ -17,58 +17,90 @@ struct Presliding {
     damping_s: f64,
 }
 
-struct Elastic {
-    model: ElastoPlastic<f64, Stribeck<f64>>,
+/// A friction model on bristles, in place of its own.
+struct OnBristles {
+    inner: Box<dyn Contact>,
+    levels: Levels,
+    bristles: ElastoPlastic<f64, Stribeck<f64>>,
     state: elasto_plastic::State<f64>,
 }
 
 impl Presliding {
-    /// None for numbers that the model cannot take, such as a deflection below a picometre.
-    fn bristles(&self, z_ss_rad: f64) -> Option<Elastic> {
+    /// Bristles of a level of one. None for numbers that the model cannot take, such as a deflection below a picometre.
+    fn bristles(&self, z_ss_rad: f64) -> Option<ElastoPlastic<f64, Stribeck<f64>>> {
         let stiffness = 1.0 / z_ss_rad;
         let damping = stiffness * self.damping_s;
         let curve = Stribeck::constant(1.0).ok()?;
-        let model =
-            ElastoPlastic::new(curve, stiffness, damping, 0.0, self.breakaway_ratio).ok()?;
-        Some(Elastic {
-            model,
-            state: elasto_plastic::State::default(),
-        })
+        ElastoPlastic::new(curve, stiffness, damping, 0.0, self.breakaway_ratio).ok()
     }
 }
 
 impl Effect for Presliding {
-    fn contact(&self, inner: Box<dyn Contact>) -> Box<dyn Contact> {
+    fn contact(&self, mut inner: Box<dyn Contact>) -> Box<dyn Contact> {
         if self.bristles(self.z_ss_rad).is_none() {
             return inner;
         }
-        OnBristles::wrap(inner, |z_rad| self.bristles(z_rad + self.z_ss_rad))
+        let levels = Levels::of(inner.as_ref());
+        // Far longer than any transient. From here on only its steady state is asked for.
+        for _ in 0..10 {
+            inner.step(Motion {
+                velocity_rad_s: 1.0,
+                applied_nm: 0.0,
+                dt_s: 1.0,
+            });
+        }
+        match self.bristles(self.z_ss_rad + inner.deflection_rad().abs()) {
+            Some(bristles) => Box::new(OnBristles {
+                inner,
+                levels,
+                bristles,
+                state: elasto_plastic::State::default(),
+            }),
+            None => inner,
+        }
     }
 }
 
-impl Bristles for Option<Elastic> {
-    fn share(&mut self, motion: &Motion<f64>) -> f64 {
-        match self {
-            Some(elastic) => elastic.model.step(&mut elastic.state, *motion),
-            None => motion.velocity_rad_s.clamp(-1.0, 1.0),
+impl Contact for OnBristles {
+    fn step(&mut self, motion: Motion<f64>) -> f64 {
+        let share = self.bristles.step(&mut self.state, motion);
+        let inner_nm = if self.inner.holds_at_rest() {
+            self.inner.step(Motion {
+                applied_nm: f64::MAX.copysign(share),
+                ..motion
+            })
+        } else {
+            self.inner.steady_state_nm(motion.velocity_rad_s)
+        };
+        if inner_nm == 0.0 {
+            return share * self.levels.stiction_nm;
         }
+        let level = inner_nm.abs().min(self.levels.stiction_nm);
+        share * level + (inner_nm - level.copysign(inner_nm))
     }
 
     fn deflection_rad(&self) -> f64 {
-        self.as_ref().map_or(0.0, |elastic| elastic.state.z_rad)
+        self.state.z_rad
+    }
+
+    fn holds_at_rest(&self) -> bool {
+        false
+    }
+
+    fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
+        self.inner.steady_state_nm(velocity_rad_s)
     }
 
     fn rescale(&mut self, times: f64) {
-        if let Some(elastic) = self {
-            elastic.model.rescale(&mut elastic.state, times);
-        }
+        self.bristles.rescale(&mut self.state, times);
     }
 
-    fn slopes(&self) -> [f64; 2] {
-        self.as_ref().map_or([0.0; 2], |elastic| {
-            let model = &elastic.model;
-            [model.stiffness_nm_rad(), model.damping_nm_s_rad()]
-        })
+    fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
+        let per_inertia = self.levels.stiction_nm / inertia_kg_m2;
+        let stiffness = self.bristles.stiffness_nm_rad() * per_inertia;
+        stiffness
+            .sqrt()
+            .max(self.bristles.damping_nm_s_rad() * per_inertia)
     }
 }
 

@@ -9,7 +9,6 @@ mod actuator_lag;
 mod actuator_ripple;
 mod actuator_saturation;
 mod actuator_voltage_limit;
-mod bristles;
 mod disturbance_periodic;
 mod friction_asymmetry;
 mod friction_dwell;
@@ -113,7 +112,7 @@ pub fn values(
             known: ALL.iter().map(|entry| entry.id).collect(),
         });
     };
-    let mut chosen: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+    let mut chosen = entry.defaults();
     for (name, &value) in named {
         let place = entry.parameters.iter().position(|p| p.name(unit) == name);
         match place {

@@ -183,4 +183,9 @@ impl Entry {
     pub fn block(&self) -> &'static str {
         self.id.split_once('.').map_or(self.id, |(block, _)| block)
     }
+
+    /// Default values in the order of its parameters.
+    pub fn defaults(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.default).collect()
+    }
 }
