@@ -61,7 +61,7 @@ pub fn run(rust: &Image, here: &Path) -> Result<Option<Vec<Built>>, String> {
 
 fn compile(here: &Path, contract: &str) -> Result<PathBuf, String> {
     let folder = std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| here.join("target"), PathBuf::from)
+        .map_or_else(|| here.join("kernels/target"), PathBuf::from)
         .join("against-c");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let to = folder.join(format!("time_free{contract}.elf"));
