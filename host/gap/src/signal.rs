@@ -38,6 +38,15 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
+/// The least and the greatest; nothing leaves the greatest below the least.
+pub fn extent(values: &[f64]) -> (f64, f64) {
+    values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+            (low.min(x), high.max(x))
+        })
+}
+
 /// Correlation coefficient of two signals; NaN where one of them does not vary.
 pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;

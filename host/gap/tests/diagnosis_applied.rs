@@ -14,7 +14,7 @@ use bristle_gap::signal::rms;
 use bristle_gap::simulate::{Input, simulate};
 use bristle_gap::{AxisFile, Believed, Log};
 use bristle_plant::rig::Rig;
-use common::{diagnosed, logs_of};
+use common::{diagnosed, effect, logs_of};
 use std::path::Path;
 
 const ROTARY: &str = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[friction]\nmodel = \"elasto-plastic\"\n\
@@ -34,13 +34,6 @@ const ACCUSED: [&str; 5] = [
     "mechanics.offset",
     "sensor.eccentricity",
 ];
-
-fn effect(id: &str, values: &[(&str, f64)]) -> EffectEntry {
-    EffectEntry {
-        id: id.to_string(),
-        parameters: values.iter().map(|(n, x)| (n.to_string(), *x)).collect(),
-    }
-}
 
 /// The axis without the effect, slightly wrong, and logs of the axis with it.
 fn case(text: &str, there: &EffectEntry, noise_nm: f64) -> (AxisFile, Vec<Log>) {

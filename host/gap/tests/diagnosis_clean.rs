@@ -5,7 +5,7 @@ mod common;
 use bristle_gap::AxisFile;
 use bristle_gap::diagnose::Kind;
 use bristle_gap::experiments::Named;
-use common::{diagnosed, logs_of};
+use common::{diagnosed, effect, logs_of};
 use std::path::Path;
 
 const AXIS: &str = "[axis]\ninertia_kg_m2 = 4.9e-5\ncounts_per_rev = 8192\n[friction]\nmodel = \"lugre\"\n\
@@ -54,11 +54,9 @@ fn friction_far_from_what_was_believed_is_parameters() {
 
 #[test]
 fn an_effect_gains_nothing_on_records_of_the_simulator_without_it() {
-    let mut truth = AXIS.to_string();
-    truth.push_str(
-        "[[effect]]\nid = \"mechanics.spring\"\nstiffness_nm_rad = 0.004\nrest_rad = 0.0\n",
-    );
-    let truth = AxisFile::parse(&truth, Path::new("axis.toml")).unwrap();
+    let mut truth = axis();
+    let values = [("stiffness_nm_rad", 0.004), ("rest_rad", 0.0)];
+    truth.effects.push(effect("mechanics.spring", &values));
     let experiments = [(Named::Sine, 5.0), (Named::Multisine, 5.0)];
     let logs = logs_of(&truth, &experiments, 3e-4);
     let search = diagnosed(&axis(), &logs, &["mechanics.spring"]).search;

@@ -5,7 +5,7 @@ mod common;
 use bristle_gap::diagnose::Kind;
 use bristle_gap::experiments::Named;
 use bristle_gap::{AxisFile, Log};
-use common::{diagnosed, logs_of};
+use common::{diagnosed, effect, logs_of};
 use std::path::Path;
 
 const AXIS: &str = "[axis]\ninertia_kg_m2 = 4.9e-5\ncounts_per_rev = 8192\n[friction]\nmodel = \"elasto-plastic\"\n\
@@ -71,11 +71,9 @@ fn lost_counts_are_named_with_their_size() {
 
 #[test]
 fn a_spring_is_found_beside_them() {
-    let mut truth = AXIS.to_string();
-    truth.push_str(
-        "[[effect]]\nid = \"mechanics.spring\"\nstiffness_nm_rad = 0.004\nrest_rad = 0.0\n",
-    );
-    let truth = AxisFile::parse(&truth, Path::new("axis.toml")).unwrap();
+    let mut truth = axis();
+    let values = [("stiffness_nm_rad", 0.004), ("rest_rad", 0.0)];
+    truth.effects.push(effect("mechanics.spring", &values));
     let (kind, effects, _) = named(&truth);
     assert_eq!(kind, Kind::Effects);
     assert_eq!(effects, [ACCUSED[0], ACCUSED[1]]);

@@ -23,6 +23,7 @@ viscous_nm_s_rad = 1e-4
 breakaway_ratio = 0.7
 ";
 const STEP_S: f64 = 2e-3;
+const SAMPLES: usize = 5000;
 
 /// Rests and break-aways, both ways.
 fn torque_nm(k: usize) -> f64 {
@@ -35,25 +36,25 @@ fn torque_nm(k: usize) -> f64 {
     }
 }
 
-#[test]
-fn break_aways_within_few_samples_are_followed() {
+/// An axis from this text, at rest, and a log of the efforts that it is given.
+fn recorded(text: &str, torque_nm: impl Fn(usize) -> f64) -> (AxisFile, Believed, Log) {
     let path = Path::new("axis.toml");
-    let file = AxisFile::parse(AXIS, path).unwrap();
+    let file = AxisFile::parse(text, path).unwrap();
     let believed = Believed::new(&file, path).unwrap();
     let mut axis = believed
         .axis(believed.model, STEP_S, Noise::default(), 0)
         .unwrap()
         .starting_at(0.0, 0.0);
     let (mut efforts, mut positions) = (Vec::new(), Vec::new());
-    for k in 0..5000 {
+    for k in 0..SAMPLES {
         positions.push(axis.reading().counts as f64 * believed.rad_per_count());
         efforts.push(torque_nm(k));
         axis.advance(torque_nm(k));
     }
     let log = Log::new(
-        "break-away.csv",
+        "log.csv",
         Unit::Rotary,
-        (0..5000).map(|k| k as f64 * STEP_S).collect(),
+        (0..SAMPLES).map(|k| k as f64 * STEP_S).collect(),
         vec![Effort {
             kind: EffortKind::TorqueMeasured,
             values: efforts,
@@ -63,6 +64,12 @@ fn break_aways_within_few_samples_are_followed() {
             values: positions,
         },
     );
+    (file, believed, log)
+}
+
+#[test]
+fn break_aways_within_few_samples_are_followed() {
+    let (file, believed, log) = recorded(AXIS, torque_nm);
     let records = [Record::new(&log, &file, &believed, &[]).unwrap()];
     let model = Model::base(&believed, &records, 0.15).unwrap();
     let left_over = model.left_over(&records, &model.start()).unwrap();
@@ -70,4 +77,44 @@ fn break_aways_within_few_samples_are_followed() {
     // A motion smoothed over four samples leaves 0.33 of Coulomb friction over, friction at the end of each step 0.088.
     println!("{share:.3} of Coulomb friction");
     assert!(share < 0.085, "{share}");
+}
+
+/// What an axis from this text leaves over of records, nothing fitted.
+fn left_over_nm(text: &str, records: &[Record]) -> Vec<f64> {
+    let path = Path::new("axis.toml");
+    let believed = Believed::new(&AxisFile::parse(text, path).unwrap(), path).unwrap();
+    let mut model = Model::base(&believed, records, 0.15).unwrap();
+    model.free.clear();
+    model.left_over(records, &[]).unwrap()
+}
+
+#[test]
+fn an_old_reading_is_a_late_torque() {
+    let delayed = |id: &str| format!("{AXIS}[[effect]]\nid = \"{id}\"\ndelay_s = 5e-3\n");
+    // Swinging at 2 Hz, twice the break-away torque.
+    let torque_nm = |k| 0.08 * (std::f64::consts::TAU * 2.0 * k as f64 * STEP_S).sin();
+    let (file, believed, log) = recorded(&delayed("sensor.delay"), torque_nm);
+    let records = [Record::new(&log, &file, &believed, &[]).unwrap()];
+    let without = left_over_nm(AXIS, &records);
+    let [as_late, as_old] =
+        ["actuator.delay", "sensor.delay"].map(|id| left_over_nm(&delayed(id), &records));
+    assert_eq!(as_late, as_old);
+    let (before, after) = (rms(without), rms(as_old));
+    println!("{before:.3e} N m without the delay, {after:.3e} with it");
+    // A torque that swings at 2 Hz is 0.08 * 2 pi 2/s * 5 ms = 5 mN m off by it.
+    assert!(before > 2e-3 && after < 0.3 * before, "{before} {after}");
+}
+
+#[test]
+fn inertia_is_the_same_whoever_brings_it() {
+    let (file, believed, log) = recorded(AXIS, torque_nm);
+    let records = [Record::new(&log, &file, &believed, &[]).unwrap()];
+    let own = left_over_nm(AXIS, &records);
+    // A quarter of it, and three times as much again from the start on.
+    let quarter = AXIS.replace("inertia_kg_m2 = 8e-5", "inertia_kg_m2 = 2e-5");
+    let effect = "id = \"mechanics.inertia_change\"\nshare = 3.0\nstart_s = -1.0\n";
+    let brought = left_over_nm(&format!("{quarter}[[effect]]\n{effect}"), &records);
+    let apart = own.iter().zip(&brought).map(|(a, b)| a - b);
+    // The sum of the same numbers in another order.
+    assert!(rms(apart) < 1e-9 * rms(own.iter().copied()));
 }

@@ -10,11 +10,11 @@ use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
 
-/// Effects with bristles of their own.
-const IN_SERIES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
+/// Effect with bristles in series with those of the simulator.
+const IN_SERIES: &str = "friction.presliding";
 /// Fewest waves over the stroke of a linear axis, or the longest stretch of time: fewer stand for any smooth curve.
 const LEAST_WAVES: f64 = 2.0;
-/// Beside them the simulator's bristles start so many times stiffer.
+/// With it the simulator's own start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
 
 /// A place to start a fit from, and how much of the weighted rest it should take away.
@@ -220,7 +220,7 @@ impl<'a> Background<'a> {
             let mut from = self.fit.at.clone();
             from.extend(model.start().into_iter().skip(from.len()));
             // Its bristles are in series with the simulator's, which have to make room.
-            if IN_SERIES.contains(&entry.id)
+            if entry.id == IN_SERIES
                 && let Some(stiffness) = model.free.iter().position(is_stiffness)
             {
                 from[stiffness] += MAKES_ROOM.ln();

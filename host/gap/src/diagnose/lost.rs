@@ -10,12 +10,13 @@ use crate::error::InputError;
 use crate::hygiene::Jump;
 use crate::inverse::{Added, Record};
 use crate::log::{Log, PositionKind};
+use crate::signal::extent;
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind};
 use std::f64::consts::{PI, TAU};
 
 /// Its id.
-pub(super) const ID: &str = "sensor.lost_counts";
+const ID: &str = "sensor.lost_counts";
 /// A step of this part of a turn, or of a linear axis's travel, is a counter that wraps.
 const WRAPS: f64 = 0.25;
 /// What moves an axis is beyond every doubt at so many standard deviations.
@@ -45,18 +46,15 @@ pub(super) struct Steps {
     lost: Vec<(f64, f64)>,
     /// Farthest travel of a log, rad.
     travel_rad: f64,
-    as_recorded: Vec<Record>,
+    /// Records with their steps; none of a log without.
+    as_recorded: Vec<Option<Record>>,
     nats: f64,
 }
 
 impl Steps {
     /// Those of a log of these positions; the record is as it was, steps and all.
     pub(super) fn add(&mut self, position_rad: &[f64], jumps: &[Jump], as_recorded: Record) {
-        let (low, high) = position_rad
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
-                (low.min(q), high.max(q))
-            });
+        let (low, high) = extent(position_rad);
         self.travel_rad = self.travel_rad.max(high - low);
         for jump in jumps {
             let [before, last] =
@@ -66,12 +64,12 @@ impl Steps {
             let deviations = BEYOND * jump.size_rad / jump.allowed_rad;
             self.nats += 0.5 * deviations * deviations;
         }
-        self.as_recorded.push(as_recorded);
+        self.as_recorded.push(Some(as_recorded));
     }
 
     /// A log without any.
-    pub(super) fn none(&mut self, record: &Record) {
-        self.as_recorded.push(record.clone());
+    pub(super) fn none(&mut self) {
+        self.as_recorded.push(None);
     }
 
     /// What was lost, if the catalogue may say so; none where nothing was, or a counter wraps.
@@ -97,7 +95,7 @@ impl Steps {
             }
             Unit::Linear => places().sum::<f64>() / sizes.len() as f64,
         };
-        let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+        let mut values = entry.defaults();
         for (kind, value) in [(Kind::Size, size_rad), (Kind::Place, place_rad)] {
             let parameter = entry.parameters.iter().position(|p| p.kind == kind)?;
             values[parameter] = value;
@@ -114,7 +112,7 @@ impl Steps {
 pub(super) struct Lost {
     /// The effect, with what the steps say of it.
     pub(super) added: Added,
-    as_recorded: Vec<Record>,
+    as_recorded: Vec<Option<Record>>,
     /// How much more probable its steps are as lost counts than as motion, nats.
     nats: f64,
 }
@@ -125,10 +123,16 @@ impl Lost {
     /// # Errors
     /// The friction model refuses the parameters of the axis file.
     pub(super) fn accuse(&self, search: &mut Search) -> Result<(), InputError> {
+        let records: Vec<Record> = self
+            .as_recorded
+            .iter()
+            .zip(&search.records)
+            .map(|(as_recorded, mended)| as_recorded.as_ref().unwrap_or(mended).clone())
+            .collect();
         let model = &search.base.model;
-        let with_steps = model.left_over(&self.as_recorded, &search.base.fit.at)?;
-        let given = model.left_over(&self.as_recorded, &model.start())?;
-        let steps: Vec<usize> = nodes(&self.as_recorded, search.scale.z_ss_rad)
+        let with_steps = model.left_over(&records, &search.base.fit.at)?;
+        let given = model.left_over(&records, &model.start())?;
+        let steps: Vec<usize> = nodes(&records, search.scale.z_ss_rad)
             .iter()
             .zip(&search.nodes)
             .enumerate()
@@ -140,27 +144,26 @@ impl Lost {
         for single in search.single.iter().filter(|h| !of_noise(h)).take(BESIDE) {
             found.push((self.beside(single), usual(single)));
         }
-        let without = std::iter::once(&mut search.base)
-            .chain(&mut search.single)
-            .chain(&mut search.several);
         for &place in &steps {
             search.nodes[place].excluded = false;
             search.as_given[place] = given[place];
         }
-        for hypothesis in without {
+        let leaves = |hypothesis: &mut Hypothesis, rest: &[f64]| {
             for &place in &steps {
-                hypothesis.held_out[place] = with_steps[place];
-                hypothesis.fit.left_over[place] = with_steps[place];
+                hypothesis.held_out[place] = rest[place];
+                hypothesis.fit.left_over[place] = rest[place];
             }
             hypothesis.scored(&search.noise, &search.nodes);
+        };
+        let without = std::iter::once(&mut search.base)
+            .chain(&mut search.single)
+            .chain(&mut search.several);
+        for hypothesis in without {
+            leaves(hypothesis, &with_steps);
             hypothesis.score -= self.nats;
         }
         for (hypothesis, usual) in &mut found {
-            for &place in &steps {
-                hypothesis.held_out[place] = usual[place];
-                hypothesis.fit.left_over[place] = usual[place];
-            }
-            hypothesis.scored(&search.noise, &search.nodes);
+            leaves(hypothesis, usual);
         }
         let mut found = found.into_iter().map(|(hypothesis, _)| hypothesis);
         search.shown = (self.nats > ACCUSES).then_some(ID);

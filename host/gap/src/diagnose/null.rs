@@ -7,9 +7,8 @@ use super::hypothesis::{Hypothesis, Judge};
 use super::regime::nodes;
 use super::search::{Search, fit_best, noise_of, screen};
 use crate::error::InputError;
-use crate::inverse::{fit, fit_at, twin};
+use crate::inverse::{Record, fit, fit_at, twins};
 use bristle_plant::effect::Entry;
-use rayon::prelude::*;
 
 /// What an effect takes away where it is not.
 #[derive(Clone, Copy, Debug)]
@@ -32,16 +31,11 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     }
     let base = &search.base;
     let axis = axis_at(&base.model.at(&base.fit.at));
-    let twins = search
-        .records
-        .par_iter()
-        .enumerate()
-        .map(|(place, record)| {
-            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
-            let twin = twin(&axis, record, noise_nm, place as u64)?;
-            Ok(twin.seen_through(record.kernel))
-        })
-        .collect::<Result<Vec<_>, InputError>>()?;
+    let twins: Vec<Record> = twins(&axis, &search.records, 1.0, 0)?
+        .into_iter()
+        .zip(&search.records)
+        .map(|(twin, record)| twin.seen_through(record.kernel))
+        .collect();
     let nodes = nodes(&twins, search.scale.z_ss_rad);
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
     let left_over = base.model.left_over(&twins, &base.fit.at)?;

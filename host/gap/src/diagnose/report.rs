@@ -303,10 +303,10 @@ fn ranking(page: Report, outcome: &Outcome) -> Report {
 
 /// What an effect gains alone, and what it gains on records of the refitted simulator without it.
 fn gained(search: &Search, id: &str) -> String {
-    let alone = search.single.iter().find(|h| h.added[0].id == id);
-    let null = search.nulls.iter().find(|null| null.id == id);
-    let nats = alone.map(|h| format!("{:.0}", h.score - search.base.score));
-    match (nats, null) {
+    let nats = search
+        .alone(id)
+        .map(|h| format!("{:.0}", h.score - search.base.score));
+    match (nats, search.null(id)) {
         (Some(nats), Some(null)) => format!("{nats} ({:.0})", null.nats),
         (Some(nats), None) => nats,
         (None, _) => "-".to_string(),

@@ -76,6 +76,18 @@ pub struct Search {
     pub screened: Vec<(&'static Entry, f64)>,
 }
 
+impl Search {
+    /// The hypothesis of an effect alone.
+    pub(super) fn alone(&self, id: &str) -> Option<&Hypothesis> {
+        self.single.iter().find(|h| h.added[0].id == id)
+    }
+
+    /// What an effect gains where it is not, if that was asked.
+    pub(super) fn null(&self, id: &str) -> Option<&Null> {
+        self.nulls.iter().find(|null| null.id == id)
+    }
+}
+
 /// Searches. `catalogue` is what may be accused; `progress` is called with the share done.
 ///
 /// # Errors
@@ -331,12 +343,7 @@ pub(super) fn noise_of(
 /// What the method leaves over of a model's own records; nothing where it cannot be simulated.
 fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
     let axis = axis_at(&model.at(at));
-    let twins = records
-        .par_iter()
-        .enumerate()
-        .map(|(place, record)| inverse::twin(&axis, record, 0.0, place as u64))
-        .collect::<Result<Vec<_>, InputError>>();
-    twins
+    inverse::twins(&axis, records, 0.0, 0)
         .and_then(|twins| {
             let left_over = model.left_over(&twins, at)?;
             Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))

@@ -130,7 +130,7 @@ fn explains(
     if kept >= squares {
         return None;
     }
-    let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+    let mut values = entry.defaults();
     let place = entry.parameters.iter().position(|p| p.kind == Kind::Size)?;
     values[place] = size;
     let mut hypothesis = base.clone();

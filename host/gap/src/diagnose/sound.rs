@@ -10,6 +10,7 @@ use crate::error::InputError;
 use crate::hygiene::{Code, Excluded, Finding, Hygiene, Severity, inspect};
 use crate::inverse::Record;
 use crate::log::Log;
+use crate::signal::extent;
 use bristle_plant::effect::Entry;
 use std::ops::Range;
 
@@ -56,6 +57,9 @@ pub(super) fn sound(
         .iter()
         .any(|hygiene| hygiene.balance.is_some() && !off_scale(hygiene));
     let spared = |code: Code| code == Code::NeverMoved || (code == Code::WrongScale && in_scale);
+    let stops = catalogue
+        .iter()
+        .any(|entry| entry.id == "mechanics.end_stop");
     let (mut records, mut notes) = (Vec::new(), Vec::new());
     let mut steps = Steps::default();
     for (log, hygiene) in logs.iter().zip(&inspected) {
@@ -72,23 +76,26 @@ pub(super) fn sound(
         }
         if !(moves && still(hygiene) || in_scale && off_scale(hygiene)) {
             let position = log.position_rad(axis)?;
-            let sought = Sought {
-                position_rad: &position,
-                catalogue,
+            let at_a_stop = |excluded: &Excluded| {
+                stops
+                    && excluded.code == Code::StuckEncoder
+                    && at_an_end(&position, excluded.samples.start)
             };
             let left_out = |also: &dyn Fn(&Excluded) -> bool| -> Vec<Range<usize>> {
                 hygiene
                     .excluded
                     .iter()
-                    .filter(|excluded| !sought.is(excluded) && also(excluded))
+                    .filter(|excluded| !at_a_stop(excluded) && also(excluded))
                     .map(|excluded| excluded.samples.clone())
                     .collect()
             };
-            let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
-            let record = Record::new(&mended, axis, believed, &left_out(&|_| true))?;
-            if hygiene.jumps.is_empty() {
-                steps.none(&record);
+            let all = left_out(&|_| true);
+            let record = if hygiene.jumps.is_empty() {
+                steps.none();
+                Record::new(log, axis, believed, &all)?
             } else {
+                let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
+                let record = Record::new(&mended, axis, believed, &all)?;
                 let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
                 let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
                 steps.add(
@@ -96,7 +103,8 @@ pub(super) fn sound(
                     &hygiene.jumps,
                     as_recorded.seen_through(record.kernel),
                 );
-            }
+                record
+            };
             records.push(record);
         }
     }
@@ -108,31 +116,9 @@ pub(super) fn sound(
     })
 }
 
-/// What the catalogue may explain.
-struct Sought<'a> {
-    position_rad: &'a [f64],
-    catalogue: &'a [&'static Entry],
-}
-
-impl Sought<'_> {
-    fn is(&self, excluded: &Excluded) -> bool {
-        let has = |id: &str| self.catalogue.iter().any(|entry| entry.id == id);
-        match excluded.code {
-            Code::StuckEncoder => {
-                has("mechanics.end_stop") && self.at_an_end(excluded.samples.start)
-            }
-            _ => false,
-        }
-    }
-
-    fn at_an_end(&self, sample: usize) -> bool {
-        let (low, high) = self
-            .position_rad
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
-                (low.min(q), high.max(q))
-            });
-        let part = (self.position_rad[sample] - low) / (high - low);
-        !(END_PART..=1.0 - END_PART).contains(&part)
-    }
+/// Whether a sample lies at an end of the travel.
+fn at_an_end(position_rad: &[f64], sample: usize) -> bool {
+    let (low, high) = extent(position_rad);
+    let part = (position_rad[sample] - low) / (high - low);
+    !(END_PART..=1.0 - END_PART).contains(&part)
 }

@@ -48,16 +48,21 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
         Unit::Rotary => 1.0,
         Unit::Linear => 0.3 / (scale.highest_rad - scale.lowest_rad).max(1e-9),
     };
-    let points: Vec<(f64, f64, f64, f64)> = points(background, still, |background, i| {
-        let node = &background.nodes[i];
-        let record = &background.records[node.record];
-        let stretch = &record.stretches[node.stretch];
-        let advance = stretch.velocity_rad_s[node.sample] * record.step_s;
-        (
-            scale.unit.wave_rad(stretch.smooth_rad[node.sample]),
-            scale.unit.wave_rad(advance) * record.kernel.length as f64,
-        )
-    });
+    let nodes = background.nodes.iter().enumerate();
+    let points: Vec<(f64, f64, f64, f64)> = nodes
+        .filter(|&(i, _)| background.weights[i] > 0.0)
+        .map(|(i, node)| {
+            let record = &background.records[node.record];
+            let stretch = &record.stretches[node.stretch];
+            let advance = stretch.velocity_rad_s[node.sample] * record.step_s;
+            (
+                scale.unit.wave_rad(stretch.smooth_rad[node.sample]),
+                scale.unit.wave_rad(advance) * record.kernel.length as f64,
+                still[i],
+                background.fit.left_over[i] * background.weights[i],
+            )
+        })
+        .collect();
     lines(&points, range, step)
 }
 
@@ -66,11 +71,7 @@ pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2
     let mut sets: Vec<Even> = background
         .records
         .iter()
-        .map(|record| Even {
-            spacing_s: record.step_s * record.kernel.length as f64,
-            squares: Vec::new(),
-            products: Vec::new(),
-        })
+        .map(|record| Even::new(record.step_s * record.kernel.length as f64))
         .collect();
     for (i, node) in background.nodes.iter().enumerate() {
         let record = &background.records[node.record];
@@ -92,6 +93,14 @@ struct Even {
 }
 
 impl Even {
+    fn new(spacing_s: f64) -> Self {
+        Self {
+            spacing_s,
+            squares: Vec::new(),
+            products: Vec::new(),
+        }
+    }
+
     fn add(&mut self, time_s: f64, times: f64, rest: f64) {
         let place = (time_s / self.spacing_s).round() as usize;
         if place >= self.squares.len() {
@@ -167,22 +176,7 @@ fn peaks(power: &[f64]) -> impl Iterator<Item = usize> {
     peaks.into_iter().take(LINES)
 }
 
-/// Angle, angle that a running mean spans, multiplier and rest at each node that counts.
-fn points(
-    background: &Background<'_>,
-    still: &DVector<f64>,
-    angle: impl Fn(&Background<'_>, usize) -> (f64, f64),
-) -> Vec<(f64, f64, f64, f64)> {
-    (0..background.nodes.len())
-        .filter(|&i| background.weights[i] > 0.0)
-        .map(|i| {
-            let (at, span) = angle(background, i);
-            let rest = background.fit.left_over[i] * background.weights[i];
-            (at, span, still[i], rest)
-        })
-        .collect()
-}
-
+/// `set` holds angle, angle that a running mean spans, multiplier and rest at each node that counts.
 fn lines(set: &[(f64, f64, f64, f64)], range: [f64; 2], step: f64) -> Vec<f64> {
     let step = step.max((range[1] - range[0]) / MOST_LINES);
     let count = ((range[1] - range[0]) / step).floor() as usize + 1;
@@ -305,11 +299,7 @@ mod tests {
     fn finds_a_slow_line_in_fast_records() {
         let mut sets = Vec::new();
         for (spacing_s, seconds, phase) in [(4e-4, 11.0, 0.4), (1e-3, 9.0, 2.0)] {
-            let mut set = Even {
-                spacing_s,
-                squares: Vec::new(),
-                products: Vec::new(),
-            };
+            let mut set = Even::new(spacing_s);
             for k in 0..(seconds / spacing_s) as usize {
                 let time_s = k as f64 * spacing_s;
                 // A multiplier that changes, and a rest beside the wave.

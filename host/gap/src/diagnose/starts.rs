@@ -106,7 +106,7 @@ impl Background<'_> {
         let parameters = entry.parameters;
         let range = |i: usize| (parameters[i].range)(self.scale);
         let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);
-        let mut none: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        let mut none = entry.defaults();
         for size in of(Kind::Size) {
             none[size] = 0.0;
         }
@@ -278,7 +278,7 @@ impl Background<'_> {
         if in_time || self.scale.unit == Unit::Linear {
             low = low.max(self.least_line(entry.parameters[line].kind));
         }
-        let mut values: Vec<f64> = entry.parameters.iter().map(|p| p.default).collect();
+        let mut values = entry.defaults();
         let usual = (entry.parameters[size].range)(self.scale);
         values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
         values[line] = 0.0;

@@ -145,7 +145,10 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let shown = chosen.is_some_and(|h| search.shown.is_some_and(|id| h.ids() == [id]));
     // Beyond what it gains where it is not.
-    let null = |h: &Hypothesis| search.nulls.iter().find(|null| h.ids() == [null.id]);
+    let null = |h: &Hypothesis| match h.ids()[..] {
+        [id] => search.null(id),
+        _ => None,
+    };
     let accused = chosen.is_some_and(|h| {
         let (nats, takes) = null(h).map_or((0.0, 0.0), |null| {
             (
@@ -174,18 +177,11 @@ pub fn verdict(search: &Search) -> Verdict {
         let place = ranked.iter().position(|h| h.ids() == best.ids());
         (Kind::Effects, place.into_iter().collect())
     } else {
-        let mut limit = if shown {
+        let limit = if shown {
             best.score
         } else {
             best.score - TIES.0.max(TIES.1 * gain)
         };
-        // What data cannot tell from the best one is named, and what does as well as that.
-        for h in ranked.iter().filter(|h| h.added.len() == 1) {
-            let half = h.score - base.score > 0.5 * gain;
-            if half && inseparable(best.added[0].id, h.added[0].id) {
-                limit = limit.min(h.score);
-            }
-        }
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
@@ -301,15 +297,22 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
     let before = times(&search.base);
     let share = |h: &Hypothesis| explained(before, times(h));
     let beside = contribution(times(single), times(pair));
-    let of = |id: &str| search.single.iter().find(|h| h.added[0].id == id);
     let shown = |id: &str| NOISE_ONLY.contains(&id) || search.shown == Some(id);
     // Each must explain something by itself: what only helps another one stands for that one's error. Unless nothing is left.
     let alone = |id: &str| {
-        shown(id) || of(id).is_some_and(|h| contribution(before, times(h)) > ALONE * beside)
+        shown(id)
+            || search
+                .alone(id)
+                .is_some_and(|h| contribution(before, times(h)) > ALONE * beside)
     };
     let complete = times(pair) < COMPLETE;
     // Two that each explain what the other does are one effect in two forms.
-    let parts: f64 = pair.ids().iter().filter_map(|id| of(id)).map(share).sum();
+    let parts: f64 = pair
+        .ids()
+        .into_iter()
+        .filter_map(|id| search.alone(id))
+        .map(share)
+        .sum();
     let overlap = parts > OVERLAPS * share(pair) && !pair.ids().into_iter().any(shown);
     let worth = pair.score - single.score > ACCUSES
         && beside > SECOND.1
@@ -323,13 +326,6 @@ fn choose(search: &Search) -> Option<&Hypothesis> {
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], base: &[f64], single: &[f64]) -> bool {
     let [before, left] = [base, single].map(|rest| noise.times_open(nodes, rest));
     contribution(left, 1.0) > SECOND.1 && 1.0 - explained(before, left) > SECOND.0
-}
-
-/// Two effects that no data of effort and motor position tell apart: what differs between them is the controller's or the
-/// simulator's own error.
-fn inseparable(a: &str, b: &str) -> bool {
-    const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
-    DELAYS.contains(&a) && DELAYS.contains(&b)
 }
 
 /// What was taken away, were it independent of what is left.

@@ -1,5 +1,6 @@
 //! The period of a reference that repeats exactly, found from the reference alone.
 
+use crate::signal::extent;
 use realfft::RealFftPlanner;
 
 /// Values count as equal within this part of the range: the rounding of a printed column.
@@ -10,11 +11,7 @@ const SHORTEST: usize = 20;
 /// Length in samples of the shortest period of which at least one and a half are there.
 pub fn period(reference: &[f64]) -> Option<usize> {
     let n = reference.len();
-    let (low, high) = reference
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-            (low.min(x), high.max(x))
-        });
+    let (low, high) = extent(reference);
     if n < 3 * SHORTEST || high <= low {
         return None;
     }

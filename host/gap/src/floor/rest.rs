@@ -3,6 +3,7 @@
 
 use super::noise::Noise;
 use super::repeats::pieces;
+use crate::signal::extent;
 use crate::stretch::Stretch;
 
 /// Shortest rest, s and samples.
@@ -33,11 +34,7 @@ pub(super) fn from_rest(
     let shortest = SHORTEST_SAMPLES.max((SHORTEST_S / step_s).ceil() as usize);
     for stretch in stretches {
         let q = &stretch.position_rad;
-        let (low, high) = q
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
-                (low.min(q), high.max(q))
-            });
+        let (low, high) = extent(q);
         // Without a count, a ten-thousandth of the travel.
         let band = 1.5 * count_rad.unwrap_or(1e-4 * (high - low));
         range_nm = stretch

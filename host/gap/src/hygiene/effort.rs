@@ -4,6 +4,7 @@ use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
+use crate::signal::extent;
 use std::ops::Range;
 
 /// A plateau shorter than this is no plateau.
@@ -66,7 +67,7 @@ fn words(kind: EffortKind) -> &'static str {
 
 /// Plateaus that are a limit and not a wish.
 fn saturated(log: &Log, axis: &AxisFile, values: &[f64], best: EffortKind) -> Vec<Range<usize>> {
-    let (low, high) = range(values);
+    let (low, high) = extent(values);
     let largest = high.abs().max(low.abs());
     let measured = matches!(best, EffortKind::TorqueMeasured | EffortKind::Current);
     if let Some(limit) = axis.drive.torque_limit {
@@ -156,14 +157,6 @@ fn runs(samples: usize, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
         }
     }
     out
-}
-
-fn range(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-            (low.min(x), high.max(x))
-        })
 }
 
 /// Grid on which a column lies, by rounding or conversion; zero where it lies on none.

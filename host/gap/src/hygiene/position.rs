@@ -5,6 +5,7 @@ use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
 use crate::log::{Log, PositionKind};
+use crate::signal::extent;
 use crate::stretch::{Stretch, rad_per_count};
 use std::ops::Range;
 
@@ -48,11 +49,7 @@ pub(super) fn inspect(
     let count = rad_per_count(axis)
         .unwrap_or(0.0)
         .max(smallest_step(&position));
-    let (low, high) = position
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
-            (low.min(q), high.max(q))
-        });
+    let (low, high) = extent(&position);
     if high - low <= 1.5 * count || high <= low {
         let text = format!(
             "the position stays within {:.3e} {}, a count: nothing can be fitted; move the axis, take a finer encoder, or \
@@ -229,21 +226,18 @@ impl Limits {
         }
     }
 
-    /// An acceleration three times what effort and friction at twice its level give: beyond every doubt, rad/s^2.
-    fn acceleration(&self, effort_nm: f64) -> f64 {
-        3.0 * (effort_nm + 2.0 * self.level_nm) / self.inertia
-    }
-
-    /// Second difference of positions so far apart in time that an acceleration makes, rad.
-    fn within(&self, acceleration: f64, step_s: f64) -> f64 {
+    /// Second difference of positions so far apart in time that is beyond every doubt, rad: by an acceleration three times
+    /// what this effort and friction at twice its level give.
+    fn within(&self, effort_nm: f64, step_s: f64) -> f64 {
+        let acceleration = 3.0 * (effort_nm + 2.0 * self.level_nm) / self.inertia;
         acceleration * step_s * step_s + 4.0 * self.count
     }
 
-    /// The same about some samples, by the effort there.
+    /// The same about some samples, by the largest effort there.
     fn step_rad(&self, u: &[f64], samples: &Range<usize>, step_s: f64) -> f64 {
         let near = samples.start.saturating_sub(3)..(samples.end + 2).min(u.len());
         let effort_nm = u[near].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-        self.within(self.acceleration(effort_nm), step_s)
+        self.within(effort_nm, step_s)
     }
 }
 
@@ -427,7 +421,7 @@ fn stops_dead(limits: &Limits, q: &[f64], still: &Range<usize>, step_s: f64, usu
             let beyond_counts = (usual - 2.0 * limits.count).max(0.0);
             (after - 2.0 * q[k] + before).abs()
                 > limits
-                    .within(limits.acceleration(limits.largest_nm), w * step_s)
+                    .within(limits.largest_nm, w * step_s)
                     .max(10.0 * beyond_counts * w * w)
         })
     };
@@ -445,14 +439,12 @@ pub(super) fn slope_before(q: &[f64], k: usize) -> f64 {
 }
 
 fn second_differences(q: &[f64]) -> Vec<f64> {
-    q.windows(3)
-        .map(|q| (q[2] - 2.0 * q[1] + q[0]).abs())
-        .collect()
+    q.windows(3).map(|q| q[2] - 2.0 * q[1] + q[0]).collect()
 }
 
 /// The second difference that one in two hundred exceeds.
 fn usual_second_difference(q: &[f64]) -> f64 {
-    let mut second = second_differences(q);
+    let mut second: Vec<f64> = second_differences(q).into_iter().map(f64::abs).collect();
     if second.is_empty() {
         return 0.0;
     }
@@ -463,10 +455,8 @@ fn usual_second_difference(q: &[f64]) -> f64 {
 /// Groups of samples about which the position changes its speed faster than the effort allows, and far faster than it
 /// does elsewhere on this record; or steps to where it goes on as before, faster than the effort of that moment allows.
 fn impossible(limits: &Limits, q: &[f64], u: &[f64], step_s: f64, usual: f64) -> Vec<Range<usize>> {
-    let turns: Vec<f64> = q.windows(3).map(|q| q[2] - 2.0 * q[1] + q[0]).collect();
-    let limit = limits
-        .within(limits.acceleration(limits.largest_nm), step_s)
-        .max(10.0 * usual);
+    let turns = second_differences(q);
+    let limit = limits.within(limits.largest_nm, step_s).max(10.0 * usual);
     let steps = |i: usize| {
         let near = turns[i.saturating_sub(AROUND)..(i + AROUND).min(turns.len())].iter();
         let (there, back) = (turns[i], turns[i + 1]);

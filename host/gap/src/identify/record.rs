@@ -1,5 +1,7 @@
 //! What every step asks of a record.
 
+use crate::signal::extent;
+
 /// Least step between two positions that differ: the encoder's count, or the resolution of the print; zero where nothing
 /// moves.
 pub(super) fn grid(position: &[f64]) -> f64 {
@@ -18,10 +20,6 @@ pub(super) fn grid(position: &[f64]) -> f64 {
 
 /// From the least to the greatest; zero for nothing.
 pub(super) fn span(values: &[f64]) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-            (low.min(x), high.max(x))
-        });
+    let (low, high) = extent(values);
     if low <= high { high - low } else { 0.0 }
 }

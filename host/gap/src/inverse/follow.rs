@@ -132,7 +132,9 @@ pub fn left_over(
     let holds = contact.holds_at_rest();
     let rest_rad_s = record.rest_velocity_rad_s();
     let later = Later::new(running.skew_samples);
-    let mut balance = Vec::with_capacity(intervals);
+    let per = inertia / (step_s * step_s);
+    let mut nodes = Vec::with_capacity(intervals);
+    let mut interval_before: Option<(f64, f64)> = None;
     let mut before_rad_s = 0.0;
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
@@ -171,13 +173,12 @@ pub fn left_over(
             now.torque_nm = effect.actuator(&now);
         }
         let mut torque = now.torque_nm + running.offset_nm;
+        let mut share = 1.0;
         for effect in &mut running.effects {
             torque += effect.mechanics(&now);
-            let share = effect.inertia(&now);
-            if share != 1.0 {
-                torque -= (share - 1.0) * inertia * acceleration;
-            }
+            share *= effect.inertia(&now);
         }
+        let accelerates_nm = share * inertia * acceleration;
         if let Some(load) = load.as_mut().filter(|_| on_motor) {
             torque -= load.advance(&now, |_, _| 0.0);
             now.motion.load_position_rad = position_rad;
@@ -186,7 +187,7 @@ pub fn left_over(
         let opposed = if as_measured && !(holds && v == 0.0) {
             let own_nm = match &rubbing {
                 Rubbing::Known(known_nm) => known_nm[k],
-                _ => contact.step(&mut [], &now, torque - inertia * acceleration),
+                _ => contact.step(&mut [], &now, torque - accelerates_nm),
             };
             if let Rubbing::Kept(kept_nm) = &mut rubbing {
                 kept_nm[k] = own_nm;
@@ -197,17 +198,15 @@ pub fn left_over(
                 contact.step(&mut running.effects, now, applied_nm)
             })
         } else {
-            contact.step(&mut running.effects, &now, torque - inertia * acceleration)
+            contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
-        balance.push(torque - opposed);
+        let balance = torque - opposed;
+        if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
+            let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];
+            nodes
+                .push(0.5 * (balance_before + balance) - 0.5 * (share_before + share) * per * bend);
+        }
     }
-    let per = inertia / (step_s * step_s);
-    let mut nodes: Vec<f64> = (1..intervals)
-        .map(|k| {
-            0.5 * (balance[k - 1] + balance[k])
-                - per * (measured[k + 1] - 2.0 * measured[k] + measured[k - 1])
-        })
-        .collect();
     record.kernel.apply(&mut nodes, out);
 }
 

@@ -18,4 +18,4 @@ pub use kernel::Kernel;
 pub use model::{Added, Free, Model, OFFSET, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};
 pub use sensor::Shown;
-pub use twin::twin;
+pub use twin::twins;

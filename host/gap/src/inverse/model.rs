@@ -14,6 +14,9 @@ use bristle_plant::effect::{Coupling, Entry};
 
 /// Effect that stands for a constant torque on the axis.
 pub const OFFSET: &str = "mechanics.offset";
+/// Effects by which effort acts later than recorded, or a position is older: no log of effort and motor position tells them
+/// apart, and along a measured motion they are one.
+const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
 
 /// A parameter of the simulator itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -364,11 +367,18 @@ impl Point {
 
     fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
         let believed = &self.believed;
-        let all = self.effects_on(place);
-        let of_sensor = |added: &&Added| added.entry.id.starts_with("sensor.");
         let unit = believed.unit;
-        let build = |added: &Added| (added.entry.build)(&added.values, unit);
-        let sensors: Vec<Added> = all.iter().filter(of_sensor).cloned().collect();
+        let (mut offset_nm, mut delay_s) = (0.0, self.skew_s);
+        let (mut effects, mut sensors) = (Vec::new(), Vec::new());
+        for added in self.effects_on(place) {
+            match added.entry.id {
+                // A number rather than an effect that is asked at every sample: nearly every axis has one.
+                OFFSET => offset_nm += added.values[0],
+                id if DELAYS.contains(&id) => delay_s += added.values[0],
+                id if id.starts_with("sensor.") => sensors.push(added),
+                _ => effects.push((added.entry.build)(&added.values, unit)),
+            }
+        }
         let inertia_kg_m2 = believed.whole_inertia_kg_m2();
         Ok(Running {
             inertia_kg_m2,
@@ -385,17 +395,8 @@ impl Point {
                 delay_samples: 0,
                 ..record.drive(believed.drive)
             },
-            // A number rather than an effect that is asked at every sample: nearly every axis has one.
-            offset_nm: all
-                .iter()
-                .filter(|added| added.entry.id == OFFSET)
-                .map(|added| added.values[0])
-                .sum(),
-            effects: all
-                .iter()
-                .filter(|added| !of_sensor(added) && added.entry.id != OFFSET)
-                .map(build)
-                .collect(),
+            offset_nm,
+            effects,
             sensors: (!sensors.is_empty()).then(|| {
                 let make: MakeSensors = Box::new(move || {
                     sensors
@@ -405,7 +406,7 @@ impl Point {
                 });
                 make
             }),
-            skew_samples: self.skew_s / record.step_s + record.delay_samples(believed.drive),
+            skew_samples: delay_s / record.step_s + record.delay_samples(believed.drive),
             times,
         })
     }

@@ -1,5 +1,6 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
+use crate::signal::extent;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
@@ -65,11 +66,7 @@ pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
 /// The grid that positions lie on, if it is coarser than a count: the longest wave that how often each position was seen
 /// has in common with a comb. What is noise of a few counts on a coarse sensor blurs its teeth, and leaves them there.
 fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
-    let (low, high) = position_rad
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| {
-            (low.min(q), high.max(q))
-        });
+    let (low, high) = extent(position_rad);
     let bin_rad = rad_per_count / BINS_PER_COUNT;
     let span = (high - low) / bin_rad;
     if !span.is_finite() || span >= MOST_BINS as f64 || span < FEWEST_STEPS {

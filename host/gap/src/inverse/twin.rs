@@ -12,22 +12,40 @@ use bristle_plant::drive::DriveConfig;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// Bandwidth of what leads a twin along the measured motion, rad/s.
 const LEADS: f64 = 125.0;
 
-/// The record of such an axis along the longest stretch of a record, its effort measured with so much noise a sample, N m
-/// rms.
+/// The records of such an axis, each along the longest stretch of one of these, its effort measured with so many times that
+/// one's noise; each with a seed of its own from the first on.
 ///
 /// # Errors
 /// The friction model refuses the parameters, or the axis does not stay with the motion.
-pub fn twin(
+pub fn twins(
     axis: &Believed,
-    record: &Record,
-    noise_nm: f64,
-    seed: u64,
-) -> Result<Record, InputError> {
+    records: &[Record],
+    noise_times: f64,
+    first_seed: u64,
+) -> Result<Vec<Record>, InputError> {
+    records
+        .par_iter()
+        .enumerate()
+        .map(|(place, record)| {
+            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
+            twin(
+                axis,
+                record,
+                noise_times * noise_nm,
+                first_seed + place as u64,
+            )
+        })
+        .collect()
+}
+
+/// The twin of one record, with so much noise a sample, N m rms.
+fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Record, InputError> {
     let log = log_of(axis, record, noise_nm, seed)?;
     Record::new(&log, &AxisFile::new(axis.unit, 1.0), axis, &[])
 }

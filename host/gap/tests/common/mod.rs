@@ -1,5 +1,6 @@
 //! Simulated logs, and their diagnosis, that tests of the diagnosis share.
 
+use bristle_gap::axis_file::EffectEntry;
 use bristle_gap::believed::Noise;
 use bristle_gap::diagnose::{Options, Outcome, diagnose};
 use bristle_gap::experiments::Named;
@@ -7,6 +8,14 @@ use bristle_gap::simulate::{Input, simulate};
 use bristle_gap::{AxisFile, Believed, Log};
 use bristle_plant::effect::ALL;
 use std::path::Path;
+
+/// An effect as it stands in an axis file.
+pub fn effect(id: &str, values: &[(&str, f64)]) -> EffectEntry {
+    EffectEntry {
+        id: id.to_string(),
+        parameters: values.iter().map(|(n, x)| (n.to_string(), *x)).collect(),
+    }
+}
 
 /// Logs of experiments of so many seconds, with noise on the measured torque.
 pub fn logs_of(truth: &AxisFile, experiments: &[(Named, f64)], torque_nm: f64) -> Vec<Log> {

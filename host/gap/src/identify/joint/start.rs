@@ -162,7 +162,8 @@ fn set_offset(file: &mut AxisFile, offset_nm: f64) {
 /// A row of the regression: torque, then acceleration, direction, velocity and one.
 type Row = [f64; 5];
 
-/// Least squares over the nodes that slide; none where they are too few or do not excite every column.
+/// Least squares over the nodes that slide fast, or else all that slide; none where they are too few or do not excite every
+/// column.
 fn regression(records: &[Record]) -> Option<Rough> {
     let mut rows: Vec<Row> = Vec::new();
     for record in records {
@@ -179,6 +180,7 @@ fn regression(records: &[Record]) -> Option<Rough> {
     solved(&fast).or_else(|| solved(&rows))
 }
 
+/// Least squares over these rows.
 fn solved(rows: &[Row]) -> Option<Rough> {
     if rows.len() < ENOUGH_NODES {
         return None;

@@ -96,15 +96,7 @@ fn answer(data: &Data, joint: &Joint, at: &[f64], seed: u64) -> Result<Vec<f64>,
     let mut truth = joint.clone();
     truth.fit.at = at.to_vec();
     let axis = simulated(&truth);
-    let records = data
-        .records
-        .iter()
-        .enumerate()
-        .map(|(place, record)| {
-            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
-            inverse::twin(&axis, record, noise_nm, seed * 1000 + place as u64)
-        })
-        .collect::<Result<Vec<_>, InputError>>()?;
+    let records = inverse::twins(&axis, &data.records, 1.0, 1000 * seed)?;
     let nodes = nodes(&records, data.z_ss_rad);
     let weights = data.noise.weights(&nodes);
     Ok(inverse::fit_alone(&joint.model, &records, &weights, at.to_vec())?.at)
