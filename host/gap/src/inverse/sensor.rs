@@ -32,6 +32,13 @@ const OVER: usize = 8;
 const UNEVEN: f64 = 0.9;
 /// Fewest samples in each part of the speeds.
 const FEWEST: usize = 50;
+/// Third difference, counts, that rounding alone makes throughout at half a count a sample: below a count it grows with
+/// speed, too.
+const ROUNDS_TO: f64 = 2.0;
+/// Part of the third differences in which noise is measured, without single jerks; and the mean square of that part of
+/// normal noise over all of its variance.
+const SMALLER: f64 = 0.75;
+const OF_SMALLER: f64 = 0.3684;
 /// Parts of the speeds that noise is measured in.
 const PARTS: usize = 8;
 
@@ -151,11 +158,12 @@ fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &
     f64::hypot(sine, cosine) / count
 }
 
-/// Slope of the third difference's square over the square of speed. The median in each part of the speeds leaves single
-/// jerks out; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show.
+/// Slope of the third difference's square over the square of speed. Single jerks are left out in each part of the
+/// speeds; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show.
 /// Gives the jitter, s, and what speaks for it, nats.
 fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
-    let quantisation = rad_per_count * rad_per_count / 12.0;
+    let variance = |square: f64| square / OF_SMALLER / 20.0;
+    let quantisation = variance((ROUNDS_TO * rad_per_count).powi(2));
     let mut samples: Vec<(f64, f64)> = position_rad
         .windows(4)
         .map(|q| {
@@ -171,11 +179,12 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
     let points: Vec<(f64, f64)> = samples
         .chunks(samples.len().div_ceil(PARTS))
         .map(|part| {
-            let mut rest: Vec<f64> = part.iter().map(|x| x.1).collect();
-            let middle = rest.len() / 2;
-            let median = *rest.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let mut rest: Vec<f64> = part.iter().map(|x| x.1 * x.1).collect();
+            rest.sort_unstable_by(f64::total_cmp);
+            rest.truncate((SMALLER * rest.len() as f64).ceil() as usize);
+            let square = rest.iter().sum::<f64>() / rest.len() as f64;
             let speed = part.iter().map(|x| x.0 * x.0).sum::<f64>() / part.len() as f64;
-            (speed, ((median / 0.6745).powi(2) / 20.0).max(quantisation))
+            (speed, variance(square).max(quantisation))
         })
         .collect();
     let mean =
@@ -268,5 +277,11 @@ mod tests {
             .map(|k| (position(k % 10_000 / 5_000 * (k % 5_000)) / 1e-3).floor() * 1e-3)
             .collect();
         assert_eq!(shown(&rests, 1e-3, 1e-3).jitter_nats, 0.0);
+        // Up to half a count a sample, as slow as on a coarse encoder read fast.
+        let slow: Vec<f64> = (0..20_000)
+            .map(|k| (0.001 * k as f64).sin() * 500.0)
+            .map(|counts| counts.floor() * 1e-3)
+            .collect();
+        assert_eq!(shown(&slow, 1e-4, 1e-3).jitter_nats, 0.0);
     }
 }
