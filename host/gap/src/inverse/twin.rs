@@ -52,11 +52,18 @@ fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Re
 
 fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
     let mut axis = axis.clone();
-    if !record.commanded {
-        axis.drive = DriveConfig::default();
-    }
     let file = PathBuf::from(&record.name);
     let step_s = record.step_s / record.averaged as f64;
+    let mut ahead = Ahead::default();
+    if !record.commanded {
+        // A longer lag leaves a torque that is as good as its mean within a sample.
+        let lag_s = Some(axis.drive.lag_s).filter(|&lag_s| lag_s < step_s);
+        axis.drive = DriveConfig {
+            lag_s: lag_s.unwrap_or_default(),
+            ..DriveConfig::default()
+        };
+        ahead = Ahead::of(lag_s.unwrap_or_default(), step_s);
+    }
     let empty = || InputError::new(&file, "has no stretch to simulate", "record for longer");
     let stretch = record
         .stretches
@@ -65,9 +72,15 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         .ok_or_else(empty)?;
     let samples = stretch.effort_nm.len() * record.averaged;
     let time_s: Vec<f64> = (0..samples).map(|k| k as f64 * step_s).collect();
-    let coarse: Vec<f64> = (0..stretch.effort_nm.len())
-        .map(|k| k as f64 * record.step_s)
-        .collect();
+    let edges = |late: f64| -> Vec<f64> {
+        (0..stretch.effort_nm.len())
+            .map(|k| (k as f64 + late) * record.step_s)
+            .collect()
+    };
+    let coarse = edges(0.0);
+    // Means of the effort hold in their middles; between them the drive goes on from one to the next.
+    let acts_s: Vec<f64> = time_s.iter().map(|t| t + 0.5 * step_s).collect();
+    let asked = interpolate(&edges(0.5), &stretch.effort_nm, &acts_s);
     // A count is read from its lower edge on: what rests is on average in its middle.
     let middle: Vec<f64> = stretch
         .smooth_rad
@@ -87,7 +100,7 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         let motion = simulated.truth().motion;
         let lead = LEADS * LEADS * (position[k] - motion.position_rad)
             + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
-        let effort = stretch.effort_nm[k / record.averaged] + inertia * lead;
+        let effort = ahead.ask(asked[k], inertia * lead);
         let read_rad = simulated.reading().counts as f64 * axis.rad_per_count();
         positions.push(if coarser {
             (read_rad / record.rad_per_count).floor() * record.rad_per_count
@@ -96,7 +109,12 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         });
         simulated.advance(effort);
         let noise: f64 = StandardNormal.sample(&mut random);
-        efforts.push(effort + noise_nm * noise);
+        let recorded_nm = if record.commanded {
+            effort
+        } else {
+            simulated.truth().torque_nm
+        };
+        efforts.push(recorded_nm + noise_nm * noise);
     }
     if positions.iter().chain(&efforts).any(|x| !x.is_finite()) {
         return Err(axis.diverged(time_s[samples - 1]));
@@ -115,4 +133,33 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         }],
         Position::of(axis.unit, positions),
     ))
+}
+
+/// Asks of a drive that lags what gives its torque a mean over a sample.
+#[derive(Default)]
+struct Ahead {
+    /// What is left after a sample of how far the torque was from what was asked, and in its mean.
+    keeps: f64,
+    keeps_in_mean: f64,
+    torque_nm: f64,
+}
+
+impl Ahead {
+    /// Of a drive at zero torque; a lag of zero is none.
+    fn of(lag_s: f64, step_s: f64) -> Self {
+        let keeps = (-step_s / lag_s).exp();
+        Self {
+            keeps,
+            keeps_in_mean: (1.0 - keeps) * lag_s / step_s,
+            torque_nm: 0.0,
+        }
+    }
+
+    /// For a mean, and so much beside it, N m.
+    fn ask(&mut self, mean_nm: f64, beside_nm: f64) -> f64 {
+        let asked_nm = (mean_nm - self.keeps_in_mean * self.torque_nm) / (1.0 - self.keeps_in_mean)
+            + beside_nm;
+        self.torque_nm = asked_nm + (self.torque_nm - asked_nm) * self.keeps;
+        asked_nm
+    }
 }

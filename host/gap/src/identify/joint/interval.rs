@@ -22,8 +22,9 @@ const LEAST_BLOCKS: f64 = 16.0;
 const PARABOLA: f64 = 0.4;
 /// Fits that look for the end of a profile.
 const PROFILE_FITS: usize = 4;
-/// Half an interval of a parameter that is as good as known, and of one that is known at all, as a share of its scale.
-const IDENTIFIED: f64 = 0.2;
+/// Half an interval of a parameter that is as good as known, as a share of its scale.
+pub const IDENTIFIED: f64 = 0.2;
+/// The same of one that is known at all.
 const WEAK: f64 = 1.0;
 
 /// A parameter with its interval at [`LEVEL`](crate::identify::LEVEL).
@@ -113,6 +114,20 @@ impl Covariance {
     }
 }
 
+/// Whether a parameter is one of what presliding, break-away and the Stribeck curve show: the cost is no parabola of these.
+pub(super) fn is_curved(owner: Owner) -> bool {
+    matches!(
+        owner,
+        Owner::Own(
+            Own::StictionExcess
+                | Own::StribeckVelocity
+                | Own::Stiffness
+                | Own::Damping
+                | Own::BreakawayRatio
+        )
+    )
+}
+
 /// Correlation from which on two parameters are one.
 const TIED: f64 = 0.95;
 
@@ -155,17 +170,7 @@ fn estimate(
     let at = joint.fit.at[i];
     let half = NORMAL * covariance.spread(i);
     let mut ends = [at - half, at + half];
-    let curved = matches!(
-        free.owner,
-        Owner::Own(
-            Own::StictionExcess
-                | Own::StribeckVelocity
-                | Own::Stiffness
-                | Own::Damping
-                | Own::BreakawayRatio
-        )
-    );
-    let profiled = curved && !is_parabola(data, joint, covariance, i, half);
+    let profiled = is_curved(free.owner) && !is_parabola(data, joint, covariance, i, half);
     if profiled {
         ends = [-1.0, 1.0].map(|side| profile(data, joint, covariance, i, side));
         ends = [ends[0].min(at), ends[1].max(at)];
