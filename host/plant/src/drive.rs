@@ -56,6 +56,13 @@ impl Drive {
         self.output_nm + start * (1.0 - keeps) * self.config.lag_s / step_s
     }
 
+    /// The reference of a sample that makes its mean torque this one, N m, where there is neither delay nor limit; `keeps` is
+    /// that of the whole sample.
+    pub fn reference_for(&self, mean_nm: f64, sample_s: f64, keeps: f64) -> f64 {
+        let keeps_in_mean = (1.0 - keeps) * self.config.lag_s / sample_s;
+        (mean_nm - keeps_in_mean * self.torque_nm) / (1.0 - keeps_in_mean)
+    }
+
     /// What is left of a torque error after a step.
     pub fn keeps(&self, step_s: f64) -> f64 {
         if self.config.lag_s > 0.0 {
@@ -84,5 +91,22 @@ mod tests {
         let mean: f64 = (0..10).map(|_| drive.advance(step, keeps)).sum::<f64>() / 10.0;
         // Mean of 0.5 (1 - exp(-t/1 ms)) over 1 ms is 0.5 exp(-1).
         assert!((mean - 0.5 * (-1.0_f64).exp()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn gives_the_mean_that_a_reference_is_for() {
+        for lag_s in [0.0, 3e-4] {
+            let mut drive = Drive::new(DriveConfig {
+                lag_s,
+                ..DriveConfig::default()
+            });
+            let (sample, keeps) = (1e-3, drive.keeps(1e-3));
+            for wanted in [0.2, 0.5, -0.3, -0.3] {
+                drive.accept(drive.reference_for(wanted, sample, keeps));
+                let mean = drive.advance(sample, keeps);
+                // Rounding.
+                assert!((mean - wanted).abs() < 1e-15, "{lag_s} {wanted} {mean}");
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::output::{self, Progress, short};
 use bristle_gap::identify::Verdict;
-use bristle_gap::identify::joint::{self, IDENTIFIED, Options, Usable, Weighting};
+use bristle_gap::identify::joint::{self, BREAKAWAY_SCALE, IDENTIFIED, Options, Usable, Weighting};
 use bristle_gap::inverse::{Own, Owner};
 use bristle_gap::report::Table;
 use bristle_gap::trial::{self, Trial, Wanted};
@@ -165,11 +165,10 @@ fn true_value(owner: Owner, truth: &AxisFile) -> Option<(&'static str, f64)> {
 }
 
 impl Found {
-    /// Off by more than what counts as identified, and said to be identified all the same. The break-away ratio, which goes from
-    /// 0 to 1, is judged by halves.
+    /// Off by more than what counts as identified, and said to be identified all the same.
     fn misleads(&self) -> bool {
         let scale = if self.what == "break-away ratio" {
-            0.5
+            BREAKAWAY_SCALE
         } else {
             self.truth.abs()
         };

@@ -35,9 +35,9 @@ const FEWEST: usize = 50;
 /// Third difference, counts, that rounding alone makes throughout at half a count a sample: below a count it grows with
 /// speed, too.
 const ROUNDS_TO: f64 = 2.0;
-/// Part of the third differences in which noise is measured, without single jerks; and the mean square of that part of
-/// normal noise over all of its variance.
+/// Part of the third differences in which noise is measured, without single jerks.
 const SMALLER: f64 = 0.75;
+/// Mean square of that part of normal noise over all of its variance.
 const OF_SMALLER: f64 = 0.3684;
 /// Parts of the speeds that noise is measured in.
 const PARTS: usize = 8;
@@ -162,6 +162,7 @@ fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &
 /// speeds; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show.
 /// Gives the jitter, s, and what speaks for it, nats.
 fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
+    // A third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
     let variance = |square: f64| square / OF_SMALLER / 20.0;
     let quantisation = variance((ROUNDS_TO * rad_per_count).powi(2));
     let mut samples: Vec<(f64, f64)> = position_rad

@@ -8,7 +8,7 @@ use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::log::{Effort, EffortKind, Log, Position};
 use crate::signal::interpolate;
-use bristle_plant::drive::DriveConfig;
+use bristle_plant::drive::{Drive, DriveConfig};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -54,7 +54,6 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let mut axis = axis.clone();
     let file = PathBuf::from(&record.name);
     let step_s = record.step_s / record.averaged as f64;
-    let mut ahead = Ahead::default();
     if !record.commanded {
         // A longer lag leaves a torque that is as good as its mean within a sample.
         let lag_s = Some(axis.drive.lag_s).filter(|&lag_s| lag_s < step_s);
@@ -62,8 +61,9 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
             lag_s: lag_s.unwrap_or_default(),
             ..DriveConfig::default()
         };
-        ahead = Ahead::of(lag_s.unwrap_or_default(), step_s);
     }
+    let mut drive = Drive::new(axis.drive);
+    let keeps = drive.keeps(step_s);
     let empty = || InputError::new(&file, "has no stretch to simulate", "record for longer");
     let stretch = record
         .stretches
@@ -80,7 +80,7 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let coarse = edges(0.0);
     // Means of the effort hold in their middles; between them the drive goes on from one to the next.
     let acts_s: Vec<f64> = time_s.iter().map(|t| t + 0.5 * step_s).collect();
-    let asked = interpolate(&edges(0.5), &stretch.effort_nm, &acts_s);
+    let acts = interpolate(&edges(0.5), &stretch.effort_nm, &acts_s);
     // A count is read from its lower edge on: what rests is on average in its middle.
     let middle: Vec<f64> = stretch
         .smooth_rad
@@ -100,7 +100,12 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         let motion = simulated.truth().motion;
         let lead = LEADS * LEADS * (position[k] - motion.position_rad)
             + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
-        let effort = ahead.ask(asked[k], inertia * lead);
+        let reference = if record.commanded {
+            acts[k]
+        } else {
+            drive.reference_for(acts[k], step_s, keeps)
+        };
+        let effort = reference + inertia * lead;
         let read_rad = simulated.reading().counts as f64 * axis.rad_per_count();
         positions.push(if coarser {
             (read_rad / record.rad_per_count).floor() * record.rad_per_count
@@ -108,6 +113,8 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
             read_rad
         });
         simulated.advance(effort);
+        drive.accept(effort);
+        drive.advance(step_s, keeps);
         let noise: f64 = StandardNormal.sample(&mut random);
         let recorded_nm = if record.commanded {
             effort
@@ -133,33 +140,4 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
         }],
         Position::of(axis.unit, positions),
     ))
-}
-
-/// Asks of a drive that lags what gives its torque a mean over a sample.
-#[derive(Default)]
-struct Ahead {
-    /// What is left after a sample of how far the torque was from what was asked, and in its mean.
-    keeps: f64,
-    keeps_in_mean: f64,
-    torque_nm: f64,
-}
-
-impl Ahead {
-    /// Of a drive at zero torque; a lag of zero is none.
-    fn of(lag_s: f64, step_s: f64) -> Self {
-        let keeps = (-step_s / lag_s).exp();
-        Self {
-            keeps,
-            keeps_in_mean: (1.0 - keeps) * lag_s / step_s,
-            torque_nm: 0.0,
-        }
-    }
-
-    /// For a mean, and so much beside it, N m.
-    fn ask(&mut self, mean_nm: f64, beside_nm: f64) -> f64 {
-        let asked_nm = (mean_nm - self.keeps_in_mean * self.torque_nm) / (1.0 - self.keeps_in_mean)
-            + beside_nm;
-        self.torque_nm = asked_nm + (self.torque_nm - asked_nm) * self.keeps;
-        asked_nm
-    }
 }

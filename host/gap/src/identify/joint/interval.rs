@@ -26,6 +26,8 @@ const PROFILE_FITS: usize = 4;
 pub const IDENTIFIED: f64 = 0.2;
 /// The same of one that is known at all.
 const WEAK: f64 = 1.0;
+/// Scale of the break-away ratio, which goes from 0 to 1; that of most others is their value.
+pub const BREAKAWAY_SCALE: f64 = 0.5;
 
 /// A parameter with its interval at [`LEVEL`](crate::identify::LEVEL).
 #[derive(Clone, Debug, PartialEq)]
@@ -202,7 +204,7 @@ fn estimate(
     let (mut low, mut high) = (bounds[0], bounds[1]);
     let believed = joint.believed();
     let scale = match free.owner {
-        Owner::Own(Own::BreakawayRatio) => 0.5,
+        Owner::Own(Own::BreakawayRatio) => BREAKAWAY_SCALE,
         Owner::Own(Own::Skew) => data.records[0].step_s,
         Owner::Own(Own::Viscous) => value
             .abs()

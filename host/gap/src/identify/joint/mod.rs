@@ -15,7 +15,7 @@ mod twin;
 pub use choice::{Compared, MODELS, compare};
 pub use file::{Provenance, axis_file, to_toml};
 pub use fit::{Data, Joint, Weighting, entries};
-pub use interval::{Covariance, Estimate, IDENTIFIED, estimates};
+pub use interval::{BREAKAWAY_SCALE, Covariance, Estimate, IDENTIFIED, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
 pub use start::{prepare, records};
 pub use twin::Bias;
