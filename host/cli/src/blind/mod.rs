@@ -4,6 +4,7 @@ mod answer;
 mod answerer;
 mod calibration;
 mod make;
+mod misses;
 mod open;
 mod page;
 mod score;

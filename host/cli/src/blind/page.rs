@@ -1,6 +1,7 @@
 //! The score of a set as figures, tables, report and page of the docs.
 
 use super::calibration::{Calibration, calibration};
+use super::misses;
 use super::score::Outcome;
 use super::seal::{Answers, Key, Seal};
 use crate::output::short;
@@ -331,57 +332,6 @@ impl Score {
             })
     }
 
-    /// What went wrong: all that an effect of half the floor or more, or none, should have been.
-    fn misses(&self) -> Table {
-        let header = [
-            "case",
-            "seed",
-            "truth",
-            "size / floor",
-            "verdict",
-            "probability",
-            "first three",
-            "logs",
-            "would record next",
-        ];
-        self.outcomes
-            .iter()
-            .filter(|one| !one.right() && one.strength != "1/4x")
-            .fold(
-                Table::new("Answers that were wrong", &header),
-                |table, one| {
-                    let truth = &self.truths[&one.case];
-                    let ratios: Vec<String> = truth
-                        .effects
-                        .iter()
-                        .map(|effect| format!("{:.2}", effect.ratio))
-                        .collect();
-                    let what = if one.truth.is_empty() {
-                        one.class.name().to_owned()
-                    } else {
-                        one.truth.join(" + ")
-                    };
-                    let said = match &one.error {
-                        Some(error) => format!("error: {error}"),
-                        None if one.named.is_empty() => one.kind.clone(),
-                        None => format!("{}: {}", one.kind, one.named.join(", ")),
-                    };
-                    table.row(&[
-                        one.case.clone(),
-                        truth.seed.to_string(),
-                        what,
-                        ratios.join(", "),
-                        said,
-                        one.probability
-                            .map_or("-".to_owned(), |p| format!("{p:.2}")),
-                        one.first.join(", "),
-                        truth.experiments.join(", "),
-                        one.next.clone(),
-                    ])
-                },
-            )
-    }
-
     /// The tables, in their order.
     pub fn tables(&self) -> Vec<Table> {
         vec![
@@ -389,7 +339,8 @@ impl Score {
             self.by_class(),
             self.by_effect(),
             self.reliability(),
-            self.misses(),
+            misses::reasons(&self.outcomes),
+            misses::table(&self.outcomes, &self.truths),
         ]
     }
 

@@ -1,5 +1,6 @@
 //! What an answer is worth, given what was withheld.
 
+use super::misses::{Miss, why};
 use super::seal::Answer;
 use bristle_withheld::{Class, LISTED, Truth};
 use serde::Serialize;
@@ -90,6 +91,8 @@ pub struct Outcome {
     pub next: String,
     /// Why there is no answer.
     pub error: Option<String>,
+    /// Why the answer is wrong, if it is.
+    pub miss: Option<Miss>,
 }
 
 fn text<'a>(value: &'a Value, path: &str) -> &'a str {
@@ -154,7 +157,7 @@ pub fn score(truth: &Truth, sealed: &Answer) -> Outcome {
         .iter()
         .map(|effect| effect.ratio)
         .fold(f64::INFINITY, f64::min);
-    Outcome {
+    let mut outcome = Outcome {
         case: sealed.case.clone(),
         class: truth.class,
         strength: if weakest.is_finite() {
@@ -201,8 +204,11 @@ pub fn score(truth: &Truth, sealed: &Answer) -> Outcome {
             .collect(),
         next: text(answer, "/next_experiment/what").to_owned(),
         error: sealed.error.clone(),
+        miss: None,
         named,
-    }
+    };
+    outcome.miss = (!outcome.right()).then(|| why(truth, sealed.answer.as_ref()));
+    outcome
 }
 
 impl Outcome {

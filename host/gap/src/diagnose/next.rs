@@ -6,7 +6,7 @@
 use super::apply::axis_file;
 use super::held_out::spreads;
 use super::hypothesis::Hypothesis;
-use super::verdict::Kind;
+use super::verdict::{Kind, Verdict};
 use super::{NextExperiment, Outcome};
 use crate::axis_file::AxisFile;
 use crate::believed::{Believed, Noise};
@@ -21,6 +21,8 @@ use std::path::Path;
 
 /// Tied hypotheses that are told apart; more of them are told apart by the same experiments.
 const TIED: usize = 3;
+/// Probability of a verdict that needs no other experiment.
+const SURE: f64 = 0.75;
 /// Nats below which an experiment decides nothing.
 const DECIDES: f64 = 3.0;
 /// Records are no longer independent sample by sample: of the nodes that overlap in the kernel a third counts.
@@ -35,25 +37,12 @@ pub struct Proposal {
     pub plan: Option<Plan>,
 }
 
-/// What to record next, where the verdict is ambiguous or the data do not suffice.
+/// What to record next, where the verdict is unsure or the data do not suffice.
 ///
 /// # Errors
 /// The axis file refuses a fitted parameter.
 pub fn next(outcome: &Outcome, axis: &AxisFile) -> Result<Option<Proposal>, InputError> {
-    let ranked = &outcome.verdict.ranked;
-    let tied: Vec<&Hypothesis> = match outcome.verdict.kind {
-        Kind::Ambiguous => outcome
-            .verdict
-            .named
-            .iter()
-            .take(TIED)
-            .map(|&place| &ranked[place].0)
-            .collect(),
-        Kind::Insufficient => std::iter::once(&outcome.search.base)
-            .chain(ranked.iter().take(1).map(|(best, _)| best))
-            .collect(),
-        _ => return Ok(None),
-    };
+    let tied = rivals(&outcome.verdict, &outcome.search.base);
     if tied.len() < 2 {
         return Ok(None);
     }
@@ -111,7 +100,7 @@ pub fn next(outcome: &Outcome, axis: &AxisFile) -> Result<Option<Proposal>, Inpu
     Ok(Some(Proposal {
         said: NextExperiment {
             why: format!(
-                "These logs show {names} alike. Simulated with the one, the experiment leaves {shown} nats to the other \
+                "These logs leave it open between {names}. Simulated with the one, the experiment leaves {shown} nats to the other \
                  after all its parameters are fitted anew."
             ),
             what: format!(
@@ -125,6 +114,39 @@ pub fn next(outcome: &Outcome, axis: &AxisFile) -> Result<Option<Proposal>, Inpu
         },
         plan: Some(plan),
     }))
+}
+
+/// Answers that a next experiment has to tell apart: those that tie, or what an unsure verdict says and the best of what it
+/// does not; fewer than two where there is nothing to decide.
+fn rivals<'a>(verdict: &'a Verdict, plain: &'a Hypothesis) -> Vec<&'a Hypothesis> {
+    let named: Vec<&Hypothesis> = verdict
+        .named
+        .iter()
+        .map(|&place| &verdict.ranked[place].0)
+        .collect();
+    let others = || {
+        let mut others = verdict.ranked.iter().map(|(other, _)| other);
+        others.find(|other| {
+            other
+                .ids()
+                .iter()
+                .any(|id| named.iter().all(|one| !one.ids().contains(id)))
+        })
+    };
+    match verdict.kind {
+        Kind::Ambiguous => named.into_iter().take(TIED).collect(),
+        Kind::Insufficient => std::iter::once(plain).chain(others()).collect(),
+        _ if verdict.probability > SURE => Vec::new(),
+        Kind::Parameters => {
+            let better = others().filter(|other| other.score > plain.score);
+            std::iter::once(plain).chain(better).collect()
+        }
+        Kind::Effect | Kind::Effects => {
+            let other = others();
+            named.into_iter().chain(other).collect()
+        }
+        Kind::None | Kind::Unknown => Vec::new(),
+    }
 }
 
 /// Nats by which an experiment on an axis with one hypothesis speaks against the other. None: the axis would leave its

@@ -6,7 +6,7 @@ use super::hypothesis::Hypothesis;
 use super::maps::{Map, maps};
 use super::regime::{Node, Regime};
 use super::search::Search;
-use super::{Closed, Outcome};
+use super::{Closed, Kind, Outcome};
 use crate::inverse::{Own, Owner};
 use crate::report::{Bars, Plot, Report, Table, short};
 use bristle_plant::Unit;
@@ -51,6 +51,9 @@ pub fn report(outcome: &Outcome, context: &Context) -> Report {
     page = page.heading("Next experiment");
     page = match &diagnosis.next_experiment {
         Some(next) => page.paragraph(&next.why).paragraph(&next.what),
+        None if diagnosis.verdict.kind == Kind::Unknown => {
+            page.paragraph("No experiment can be chosen while no candidate explains the gap.")
+        }
         None => page.paragraph("None is needed to decide this."),
     };
     if let Some(shown) = shown {

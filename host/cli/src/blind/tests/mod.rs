@@ -4,9 +4,10 @@ mod scoring;
 mod seals;
 mod withholding;
 
+use super::misses::Reason;
 use super::score::{Outcome, score};
 use super::seal::{self, Answer};
-use bristle_withheld::{Class, Effect, Truth};
+use bristle_withheld::{Changed, Class, Effect, Truth};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 

@@ -136,3 +136,89 @@ fn pairs_unknown_clean_and_parameters() {
         );
     }
 }
+
+#[test]
+fn a_miss_has_its_reason_and_its_figures() {
+    let single = truth(Class::Single, &[COGGING]);
+    let pair = truth(Class::Pair, &[COGGING, OFFSET]);
+    let unknown = truth(Class::Unknown, &[("foreign.notches", "mechanics")]);
+    let (clean, wrong) = (truth(Class::Clean, &[]), truth(Class::Parameters, &[]));
+    let cogging = ["actuator.cogging"];
+    let ripple = ["actuator.ripple", "actuator.cogging"];
+    let reason = |truth: &Truth, kind, named: &[&str], candidates: &[&str]| {
+        let outcome = scored(truth, said(kind, named, 0.6, candidates));
+        outcome.miss.map(|miss| miss.reason)
+    };
+    for (truth, kind, named, candidates, expected) in [
+        (&single, "effect", &cogging[..], &cogging[..], None),
+        (
+            &single,
+            "insufficient",
+            &[],
+            &cogging,
+            Some(Reason::Undecided),
+        ),
+        (
+            &single,
+            "effect",
+            &["a.b"],
+            &["a.b"],
+            Some(Reason::NotFitted),
+        ),
+        (&single, "parameters", &[], &cogging, Some(Reason::TooWeak)),
+        (&single, "none", &[], &ripple, Some(Reason::TakenUp)),
+        (
+            &single,
+            "effect",
+            &ripple[..1],
+            &ripple,
+            Some(Reason::Other),
+        ),
+        (&single, "effects", &ripple, &ripple, Some(Reason::Beside)),
+        (
+            &single,
+            "unknown",
+            &[],
+            &cogging,
+            Some(Reason::Unrecognised),
+        ),
+        (&pair, "effect", &cogging, &cogging, Some(Reason::OneOfTwo)),
+        (&pair, "effect", &ripple[..1], &ripple, Some(Reason::Other)),
+        (
+            &unknown,
+            "effect",
+            &cogging,
+            &cogging,
+            Some(Reason::Resembles),
+        ),
+        (&unknown, "parameters", &[], &cogging, Some(Reason::Unseen)),
+        (&clean, "unknown", &[], &[], Some(Reason::Accused)),
+        (&wrong, "none", &[], &[], Some(Reason::Moved)),
+    ] {
+        let found = reason(truth, kind, named, candidates);
+        assert_eq!(found, expected, "{:?} {kind} {named:?}", truth.class);
+    }
+    let none = scored(&single, Value::Null).miss.unwrap();
+    assert_eq!(none.reason, Reason::NoAnswer);
+
+    let mut answer = said("parameters", &[], 0.3, &ripple);
+    answer["candidates"][1]["gap_after"] = json!(0.012);
+    answer["moved"] = json!([
+        {"parameter": "inertia_kg_m2", "after": 1.1e-4},
+        {"parameter": "coulomb_nm", "after": 0.01},
+        {"parameter": "not_in_the_key", "after": 9.0},
+    ]);
+    let changed = |key: &str, truth| Changed {
+        key: key.to_owned(),
+        file: 1.0,
+        truth,
+    };
+    let single = Truth {
+        changed: vec![changed("inertia_kg_m2", 1e-4), changed("coulomb_nm", 0.02)],
+        ..single
+    };
+    assert_eq!(
+        scored(&single, answer).miss.unwrap().figures,
+        "refit leaves 4.10, actuator.cogging (candidate 2) 1.20, coulomb_nm refitted to 0.500 of the truth"
+    );
+}
