@@ -1,10 +1,11 @@
 //! What inverse dynamics leaves over of an axis that is exactly the model.
 
 use bristle_gap::believed::Noise;
-use bristle_gap::inverse::{Model, Record};
+use bristle_gap::inverse::{Added, Model, Record};
 use bristle_gap::log::{Effort, EffortKind, Position, PositionKind};
 use bristle_gap::signal::rms;
 use bristle_gap::{AxisFile, Believed, Log, Unit};
+use bristle_plant::effect;
 use std::path::Path;
 
 /// A fine encoder, and bristles on which the axis rings at 80 Hz: sqrt(20/8e-5)/(2 pi).
@@ -117,4 +118,39 @@ fn inertia_is_the_same_whoever_brings_it() {
     let apart = own.iter().zip(&brought).map(|(a, b)| a - b);
     // The sum of the same numbers in another order.
     assert!(rms(apart) < 1e-9 * rms(own.iter().copied()));
+}
+
+/// Whether an effect changes how much effort arrives on an axis whose friction holds at rest, of efforts that it is given.
+fn changes_gain(torque_nm: impl Fn(usize) -> f64, id: &str, name: &str, value: f64) -> bool {
+    let holding = AXIS.replace("elasto-plastic", "stribeck");
+    let (file, believed, log) = recorded(&holding, torque_nm);
+    let records = [Record::new(&log, &file, &believed, &[]).unwrap()];
+    let mut model = Model::base(&believed, &records, 0.15).unwrap();
+    let parameters = [(name.to_owned(), value)].into();
+    let (entry, values) = effect::values(id, &parameters, Unit::Rotary).unwrap();
+    model.effects.push(Added { entry, values });
+    model.changes_gain(&records, &model.start()).unwrap()
+}
+
+#[test]
+fn what_friction_holds_at_rest_is_no_loss_of_effort() {
+    assert!(!changes_gain(
+        torque_nm,
+        "friction.position",
+        "amplitude_share",
+        1e-3
+    ));
+    assert!(changes_gain(torque_nm, "actuator.gain", "share", 0.1));
+}
+
+#[test]
+fn what_arrives_late_is_no_loss_of_effort() {
+    let swings = |k| 0.05 * (std::f64::consts::TAU * 2.0 * k as f64 * STEP_S).sin();
+    assert!(!changes_gain(swings, "actuator.delay", "delay_s", 5e-3));
+    assert!(!changes_gain(
+        swings,
+        "friction.presliding",
+        "z_ss_rad",
+        1e-3
+    ));
 }

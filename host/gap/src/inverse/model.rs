@@ -167,6 +167,7 @@ const GAIN_STEP: f64 = 1e-3;
 const LEAST_GAIN: f64 = 0.05;
 
 /// The values of a model at one point.
+#[derive(Clone)]
 pub struct Point {
     believed: Believed,
     effects: Vec<Added>,
@@ -261,7 +262,6 @@ impl Model {
     ) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
         let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
-        let mut more = Vec::new();
         let mut passed = 0;
         for (place, record) in records.iter().enumerate() {
             let first = out.len();
@@ -283,12 +283,10 @@ impl Model {
             if !self.scales_effort {
                 continue;
             }
-            more.clear();
-            for stretch in &record.stretches {
-                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
-                left_over(record, stretch, running, Rubbing::Anew, &mut more);
-            }
-            let gain = gain(record, &out[first..], &more).max(LEAST_GAIN);
+            let more = point.rest(record, place, 1.0 + GAIN_STEP)?;
+            let gain = point
+                .gain(record, place, &out[first..], &more)?
+                .max(LEAST_GAIN);
             for rest in &mut out[first..] {
                 *rest /= gain;
             }
@@ -309,33 +307,14 @@ impl Model {
     pub fn changes_gain(&self, records: &[Record], at: &[f64]) -> Result<bool, InputError> {
         let point = self.at(at);
         for (place, record) in records.iter().enumerate() {
-            let (mut one, mut more) = (Vec::new(), Vec::new());
-            for stretch in &record.stretches {
-                let running = point.running(record, place, 1.0)?;
-                left_over(record, stretch, running, Rubbing::Anew, &mut one);
-                let running = point.running(record, place, 1.0 + GAIN_STEP)?;
-                left_over(record, stretch, running, Rubbing::Anew, &mut more);
-            }
-            if (gain(record, &one, &more) - 1.0).abs() > 0.01 {
+            let one = point.rest(record, place, 1.0)?;
+            let more = point.rest(record, place, 1.0 + GAIN_STEP)?;
+            if (point.gain(record, place, &one, &more)? - 1.0).abs() > 0.01 {
                 return Ok(true);
             }
         }
         Ok(false)
     }
-}
-
-/// Part of a change of effort that arrives in the rest, by least squares over a record.
-fn gain(record: &Record, one: &[f64], more: &[f64]) -> f64 {
-    let efforts = record
-        .stretches
-        .iter()
-        .flat_map(|stretch| &stretch.effort_nodes_nm);
-    let (mut product, mut square) = (0.0, 0.0);
-    for ((effort, one), more) in efforts.zip(one).zip(more) {
-        product += (more - one) / GAIN_STEP * effort;
-        square += effort * effort;
-    }
-    if square > 0.0 { product / square } else { 1.0 }
 }
 
 impl Point {
@@ -363,6 +342,63 @@ impl Point {
     /// How much later than recorded the effort acts, s.
     pub fn skew_s(&self) -> f64 {
         self.skew_s
+    }
+
+    /// What is left over of a record, taken with so many times its effort, N m.
+    fn rest(&self, record: &Record, place: usize, times: f64) -> Result<Vec<f64>, InputError> {
+        let mut rest = Vec::new();
+        for stretch in &record.stretches {
+            let running = self.running(record, place, times)?;
+            left_over(record, stretch, running, Rubbing::Anew, &mut rest);
+        }
+        Ok(rest)
+    }
+
+    /// Part that effects which are tried let through of a change of effort, rms over where one arrives without them: all of
+    /// a record but where friction at rest holds against any effort. What arrives late arrives. `one` and `more` is what is
+    /// left over of the effort as it is and of [a little more](GAIN_STEP).
+    fn gain(
+        &self,
+        record: &Record,
+        place: usize,
+        one: &[f64],
+        more: &[f64],
+    ) -> Result<f64, InputError> {
+        let change = |one: &[f64], more: &[f64]| -> Vec<f64> {
+            one.iter().zip(more).map(|(one, more)| more - one).collect()
+        };
+        let all: Vec<f64> = record
+            .stretches
+            .iter()
+            .flat_map(|stretch| &stretch.effort_nodes_nm)
+            .map(|effort| GAIN_STEP * effort)
+            .collect();
+        let holds = self.running(record, place, 1.0)?.contact.holds_at_rest();
+        let without = if holds || !self.believed.effects.is_empty() {
+            let mut without = self.clone();
+            without.effects.truncate(self.believed.effects.len());
+            without
+                .on_records
+                .retain(|(effect, ..)| *effect < without.effects.len());
+            change(
+                &without.rest(record, place, 1.0)?,
+                &without.rest(record, place, 1.0 + GAIN_STEP)?,
+            )
+        } else {
+            all.clone()
+        };
+        let [mut arrives, mut expected] = [0.0; 2];
+        for ((with, without), all) in change(one, more).iter().zip(&without).zip(&all) {
+            if without.abs() > 0.5 * all.abs() {
+                arrives += with * with;
+                expected += without * without;
+            }
+        }
+        Ok(if expected > 0.0 {
+            f64::sqrt(arrives / expected)
+        } else {
+            1.0
+        })
     }
 
     fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
