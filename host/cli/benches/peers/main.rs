@@ -172,7 +172,7 @@ fn fit(axis_path: &Path, logs: &[PathBuf], task: &Path) -> Result<Own, Failure> 
     let (file, records) = prepare(&usable, &axis, axis_path).map_err(fail)?;
     let mut data = Data::new(records, &file, axis_path, Weighting::Noise).map_err(fail)?;
     let kind = FrictionModel::ElastoPlastic;
-    let joint = Joint::new(&data, &file, axis_path, kind, &[]).map_err(fail)?;
+    let joint = Joint::new(&data, &file, axis_path, kind, &[], 0).map_err(fail)?;
     data.weigh(&joint);
     let model = &joint.model;
     let start = model.start();

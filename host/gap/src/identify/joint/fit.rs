@@ -167,7 +167,8 @@ impl Data {
 }
 
 impl Joint {
-    /// Fits a friction model, with the effects of `with` free, from what linear regression gave.
+    /// Fits a friction model, with the effects of `with` free, from what linear regression gave: from the best starts, and from
+    /// the best of so many other `stiffnesses`.
     ///
     /// # Errors
     /// The friction model refuses every start, or an effect does not exist.
@@ -177,8 +178,9 @@ impl Joint {
         path: &Path,
         kind: FrictionModel,
         with: &[&'static Entry],
+        stiffnesses: usize,
     ) -> Result<Self, InputError> {
-        let mut models = starts(data, file, kind)
+        let models = starts(data, file, kind)
             .par_iter()
             .map(|file| {
                 let model = suited(
@@ -194,12 +196,10 @@ impl Joint {
                 Ok((cost, model))
             })
             .collect::<Result<Vec<_>, InputError>>()?;
-        models.retain(|(cost, _)| cost.is_finite());
-        models.sort_by(|a, b| a.0.total_cmp(&b.0));
-        models.truncate(FITTED);
+        let models = most_promising(models, stiffnesses);
         let fits = models
             .into_par_iter()
-            .map(|(_, model)| {
+            .map(|model| {
                 let fit = inverse::fit(&model, &data.records, &data.weights, model.start())?;
                 Ok(Self { kind, model, fit })
             })
@@ -249,6 +249,26 @@ impl Joint {
             Some(fit) => Self { fit, ..self },
             None => self,
         })
+    }
+
+    /// Fits again with the data's present weights, and from where another model's fit has taken the parameters of both.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn again_beside(&mut self, data: &Data, other: &Self) -> Result<(), InputError> {
+        self.again(data)?;
+        let mut at = self.fit.at.clone();
+        for (x, free) in at.iter_mut().zip(&self.model.free) {
+            let same = |one: &Free| one.owner == free.owner;
+            if let Some(place) = other.model.free.iter().position(same) {
+                *x = free.coordinate(other.model.free[place].value(other.fit.at[place]));
+            }
+        }
+        let fit = inverse::fit(&self.model, &data.records, &data.weights, at)?;
+        if fit.cost < self.fit.cost {
+            self.fit = fit;
+        }
+        Ok(())
     }
 
     /// Fits again with the data's present weights.
@@ -361,7 +381,24 @@ fn suited(mut model: Model, data: &Data) -> Model {
     model
 }
 
-/// Axis files to start from: the grid over what the model has.
+/// The starts that are fitted: the best, and the best of so many other stiffnesses, since a fit does not cross from one to
+/// another.
+fn most_promising(mut starts: Vec<(f64, Model)>, stiffnesses: usize) -> Vec<Model> {
+    starts.retain(|(cost, _)| cost.is_finite());
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut starts = starts.into_iter().map(|(_, model)| model);
+    let mut chosen: Vec<Model> = starts.by_ref().take(FITTED).collect();
+    for model in starts {
+        let stiffness = |model: &Model| model.believed.stiffness_nm_rad;
+        let known = chosen.iter().any(|one| stiffness(one) == stiffness(&model));
+        if chosen.len() < FITTED + stiffnesses && !known {
+            chosen.push(model);
+        }
+    }
+    chosen
+}
+
+/// Axis files to start from: the grid over what the model has, and what the axis file itself says.
 fn starts(data: &Data, file: &AxisFile, kind: FrictionModel) -> Vec<AxisFile> {
     let falls = matches!(
         kind,
@@ -381,6 +418,10 @@ fn starts(data: &Data, file: &AxisFile, kind: FrictionModel) -> Vec<AxisFile> {
     }
     if !has_bristles(kind) {
         deflections.truncate(1);
+    } else if let (Some(coulomb), Some(stiffness)) =
+        (file.friction.coulomb, file.friction.stiffness)
+    {
+        deflections.push(coulomb / stiffness);
     }
     let velocities: &[f64] = if falls { &VELOCITIES } else { &VELOCITIES[..1] };
     let top = data.scale.top_speed_rad_s.max(f64::MIN_POSITIVE);

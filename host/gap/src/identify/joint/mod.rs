@@ -29,6 +29,9 @@ use bristle_plant::effect::Entry;
 use std::ops::Range;
 use std::path::Path;
 
+/// Stiffnesses that the second search starts from beside those of its best starts: all of the grid.
+const OTHER_STIFFNESSES: usize = 5;
+
 /// A log and the samples of it that no one should fit.
 pub struct Usable {
     /// The log.
@@ -102,20 +105,38 @@ pub fn identify(
     };
     let mut fits = Vec::new();
     for (done, &kind) in kinds.iter().enumerate() {
-        fits.push(Joint::new(&data, &file, path, kind, &options.with)?);
+        fits.push(Joint::new(&data, &file, path, kind, &options.with, 0)?);
         progress(0.1 + 0.4 * (done + 1) as f64 / kinds.len() as f64);
     }
-    for round in 0..2 {
-        let best = fits
-            .iter()
-            .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
-            .map_or_else(|| fits[0].clone(), Clone::clone);
-        data.weigh(&best);
-        for joint in &mut fits {
-            joint.again(&data)?;
-        }
-        progress(0.6 + 0.1 * f64::from(round));
+    // The first weights are those of a fit without bristles, which hardly counts what bristles do: the best model is searched
+    // for once more with weights of its own.
+    let mut best = best_of(&fits).clone();
+    data.weigh(&best);
+    best.again(&data)?;
+    let searched = Joint::new(
+        &data,
+        &file,
+        path,
+        best.kind,
+        &options.with,
+        OTHER_STIFFNESSES,
+    )?;
+    if searched.fit.cost < best.fit.cost {
+        best = searched;
     }
+    for joint in &mut fits {
+        if joint.kind == best.kind {
+            *joint = best.clone();
+        } else {
+            joint.again_beside(&data, &best)?;
+        }
+    }
+    progress(0.6);
+    data.weigh(best_of(&fits));
+    for joint in &mut fits {
+        joint.again(&data)?;
+    }
+    progress(0.7);
     let (compared, chosen) = if fits.len() > 1 {
         compare(&data, &fits)
     } else {
@@ -174,6 +195,13 @@ pub fn identify(
         data,
         joint,
     })
+}
+
+/// The fit with the least cost.
+fn best_of(fits: &[Joint]) -> &Joint {
+    fits.iter()
+        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
+        .unwrap_or(&fits[0])
 }
 
 /// Errors of a fit on records, its own or withheld ones.
