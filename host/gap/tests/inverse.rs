@@ -142,15 +142,3 @@ fn what_friction_holds_at_rest_is_no_loss_of_effort() {
     ));
     assert!(changes_gain(torque_nm, "actuator.gain", "share", 0.1));
 }
-
-#[test]
-fn what_arrives_late_is_no_loss_of_effort() {
-    let swings = |k| 0.05 * (std::f64::consts::TAU * 2.0 * k as f64 * STEP_S).sin();
-    assert!(!changes_gain(swings, "actuator.delay", "delay_s", 5e-3));
-    assert!(!changes_gain(
-        swings,
-        "friction.presliding",
-        "z_ss_rad",
-        1e-3
-    ));
-}

@@ -354,9 +354,9 @@ impl Point {
         Ok(rest)
     }
 
-    /// Part that effects which are tried let through of a change of effort, rms over where one arrives without them: all of
-    /// a record but where friction at rest holds against any effort. What arrives late arrives. `one` and `more` is what is
-    /// left over of the effort as it is and of [a little more](GAIN_STEP).
+    /// Part that effects which are tried let through of a change of effort, by least squares over a record: of what arrives
+    /// without them, which is all but where friction at rest holds against any effort. `one` and `more` is what is left
+    /// over of the effort as it is and of [a little more](GAIN_STEP).
     fn gain(
         &self,
         record: &Record,
@@ -367,14 +367,8 @@ impl Point {
         let change = |one: &[f64], more: &[f64]| -> Vec<f64> {
             one.iter().zip(more).map(|(one, more)| more - one).collect()
         };
-        let all: Vec<f64> = record
-            .stretches
-            .iter()
-            .flat_map(|stretch| &stretch.effort_nodes_nm)
-            .map(|effort| GAIN_STEP * effort)
-            .collect();
         let holds = self.running(record, place, 1.0)?.contact.holds_at_rest();
-        let without = if holds || !self.believed.effects.is_empty() {
+        let arrives = if holds || !self.believed.effects.is_empty() {
             let mut without = self.clone();
             without.effects.truncate(self.believed.effects.len());
             without
@@ -385,20 +379,15 @@ impl Point {
                 &without.rest(record, place, 1.0 + GAIN_STEP)?,
             )
         } else {
-            all.clone()
+            let efforts = record.stretches.iter().flat_map(|s| &s.effort_nodes_nm);
+            efforts.map(|effort| GAIN_STEP * effort).collect()
         };
-        let [mut arrives, mut expected] = [0.0; 2];
-        for ((with, without), all) in change(one, more).iter().zip(&without).zip(&all) {
-            if without.abs() > 0.5 * all.abs() {
-                arrives += with * with;
-                expected += without * without;
-            }
+        let (mut product, mut square) = (0.0, 0.0);
+        for (with, without) in change(one, more).iter().zip(&arrives) {
+            product += with * without;
+            square += without * without;
         }
-        Ok(if expected > 0.0 {
-            f64::sqrt(arrives / expected)
-        } else {
-            1.0
-        })
+        Ok(if square > 0.0 { product / square } else { 1.0 })
     }
 
     fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
