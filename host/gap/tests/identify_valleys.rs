@@ -23,13 +23,7 @@ fn stiffness_over_truth(seed: u64, given: impl Fn(&mut AxisFile)) -> f64 {
         ..
     } = trial::draw(seed, &wanted).unwrap().unwrap();
     given(&mut axis);
-    let usable: Vec<Usable> = logs
-        .into_iter()
-        .map(|log| Usable {
-            log,
-            excluded: Vec::new(),
-        })
-        .collect();
+    let usable: Vec<Usable> = logs.into_iter().map(Usable::from).collect();
     let options = Options {
         model: truth.friction.model,
         with: Vec::new(),

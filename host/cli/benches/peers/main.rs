@@ -162,12 +162,7 @@ fn fit(axis_path: &Path, logs: &[PathBuf], task: &Path) -> Result<Own, Failure> 
     let axis = AxisFile::read(axis_path).map_err(fail)?;
     let usable = logs
         .iter()
-        .map(|path| {
-            Ok(Usable {
-                log: Log::read(path).map_err(fail)?,
-                excluded: Vec::new(),
-            })
-        })
+        .map(|path| Ok(Usable::from(Log::read(path).map_err(fail)?)))
         .collect::<Result<Vec<_>, Failure>>()?;
     let (file, records) = prepare(&usable, &axis, axis_path).map_err(fail)?;
     let mut data = Data::new(records, &file, axis_path, Weighting::Noise).map_err(fail)?;

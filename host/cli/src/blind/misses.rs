@@ -1,6 +1,6 @@
 //! The answers that went wrong, and why, as far as an answer and the truth tell.
 
-use super::score::Outcome;
+use super::score::{Outcome, list, text};
 use bristle_gap::report::Table;
 use bristle_withheld::{Class, LISTED, Truth};
 use serde::Serialize;
@@ -221,22 +221,14 @@ struct Said<'a> {
 
 impl<'a> Said<'a> {
     fn new(answer: &'a Value) -> Self {
-        let list = |path: &str| {
-            answer
-                .pointer(path)
-                .and_then(Value::as_array)
-                .into_iter()
-                .flatten()
-        };
         Self {
             answer,
-            kind: answer
-                .pointer("/verdict/kind")
-                .and_then(Value::as_str)
-                .unwrap_or_default(),
-            named: list("/verdict/effects").filter_map(Value::as_str).collect(),
-            candidates: list("/candidates")
-                .filter_map(|candidate| candidate.get("effect")?.as_str())
+            kind: text(answer, "/verdict/kind"),
+            named: list(answer, "/verdict/effects")
+                .filter_map(Value::as_str)
+                .collect(),
+            candidates: list(answer, "/candidates")
+                .map(|candidate| text(candidate, "/effect"))
                 .collect(),
         }
     }
@@ -261,8 +253,7 @@ impl<'a> Said<'a> {
 
 /// The refitted parameter that ended farthest from the truth.
 fn farthest(truth: &Truth, answer: &Value) -> Option<String> {
-    let moved = answer.pointer("/moved")?.as_array()?;
-    let off = moved.iter().filter_map(|moved| {
+    let off = list(answer, "/moved").filter_map(|moved| {
         let name = moved.get("parameter")?.as_str()?;
         let changed = truth.changed.iter().find(|one| one.key == name)?;
         let times = moved.get("after")?.as_f64()? / changed.truth;

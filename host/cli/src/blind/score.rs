@@ -95,11 +95,16 @@ pub struct Outcome {
     pub miss: Option<Miss>,
 }
 
-fn text<'a>(value: &'a Value, path: &str) -> &'a str {
+pub(super) fn text<'a>(value: &'a Value, path: &str) -> &'a str {
     value
         .pointer(path)
         .and_then(Value::as_str)
         .unwrap_or_default()
+}
+
+pub(super) fn list<'a>(value: &'a Value, path: &str) -> impl Iterator<Item = &'a Value> {
+    let list = value.pointer(path).and_then(Value::as_array);
+    list.into_iter().flatten()
 }
 
 fn family(a: &str, b: &str) -> bool {
@@ -117,19 +122,10 @@ pub fn score(truth: &Truth, sealed: &Answer) -> Outcome {
         "" => "error",
         kind => kind,
     };
-    let named: Vec<String> = answer
-        .pointer("/verdict/effects")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
+    let named: Vec<String> = list(answer, "/verdict/effects")
         .filter_map(|id| id.as_str().map(str::to_owned))
         .collect();
-    let candidates: Vec<&Value> = answer
-        .pointer("/candidates")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-        .collect();
+    let candidates: Vec<&Value> = list(answer, "/candidates").collect();
     let candidate_ids: Vec<&str> = candidates
         .iter()
         .map(|candidate| text(candidate, "/effect"))

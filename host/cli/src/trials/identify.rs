@@ -96,13 +96,7 @@ fn case(args: &Args, seed: u64) -> Result<Option<Case>, InputError> {
     else {
         return Ok(None);
     };
-    let usable: Vec<Usable> = logs
-        .into_iter()
-        .map(|log| Usable {
-            log,
-            excluded: Vec::new(),
-        })
-        .collect();
+    let usable: Vec<Usable> = logs.into_iter().map(Usable::from).collect();
     let Some(kind) = truth.friction.model else {
         return Ok(None);
     };

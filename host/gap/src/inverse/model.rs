@@ -367,10 +367,11 @@ impl Point {
         let change = |one: &[f64], more: &[f64]| -> Vec<f64> {
             one.iter().zip(more).map(|(one, more)| more - one).collect()
         };
-        let holds = self.running(record, place, 1.0)?.contact.holds_at_rest();
-        let arrives = if holds || !self.believed.effects.is_empty() {
+        let believed = &self.believed;
+        let holds = believed.contact(believed.model)?.holds_at_rest();
+        let arrives = if holds || !believed.effects.is_empty() {
             let mut without = self.clone();
-            without.effects.truncate(self.believed.effects.len());
+            without.effects.truncate(believed.effects.len());
             without
                 .on_records
                 .retain(|(effect, ..)| *effect < without.effects.len());

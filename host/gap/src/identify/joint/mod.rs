@@ -40,6 +40,16 @@ pub struct Usable {
     pub excluded: Vec<Range<usize>>,
 }
 
+impl From<Log> for Usable {
+    /// All of it.
+    fn from(log: Log) -> Self {
+        Self {
+            log,
+            excluded: Vec::new(),
+        }
+    }
+}
+
 /// What is asked for.
 pub struct Options {
     /// The friction model; none has them compared and the simplest good one chosen.
