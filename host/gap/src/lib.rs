@@ -25,6 +25,7 @@ pub mod propose;
 pub mod report;
 pub mod run;
 pub mod scale;
+pub mod sensor;
 pub mod signal;
 pub mod simulate;
 pub mod stretch;

@@ -126,3 +126,25 @@ fn axis_files_that_are_off_and_other_loops_raise_nothing() {
     }
     assert!(wrong.is_empty(), "{}\n{wrong:#?}", wrong.len());
 }
+
+#[test]
+fn steps_of_a_coarser_encoder_than_the_file_says_are_no_jumps() {
+    let believed = rotary(10_000.0, 16);
+    // Beyond the four counts that rounding is allowed.
+    let count = bristle_gap::stretch::rad_per_count(&believed).unwrap();
+    let step = 23.0 * count;
+    let mut truth = believed.clone();
+    truth.effects.push(EffectEntry {
+        id: "sensor.quantization".to_string(),
+        parameters: [("step_rad".to_string(), step)].into(),
+    });
+    for named in [Named::Sine, Named::Ladder] {
+        let mut log = record(&truth, named, 6.0, 0.01, 77);
+        // Its digits below are noise: the smallest step on record is a count.
+        for q in log.position.values.iter_mut().step_by(97) {
+            *q += count;
+        }
+        let jumps = inspect(&log, &believed).unwrap().jumps;
+        assert!(jumps.is_empty(), "{named:?}: {} jumps", jumps.len());
+    }
+}

@@ -4,6 +4,7 @@ use super::candidate::cuts;
 use super::held_out::held_out;
 use super::likelihood::Noise;
 use super::regime::Node;
+use super::verdict::ACCUSES;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, Record, fit_at};
 use bristle_plant::effect::Entry;
@@ -60,6 +61,12 @@ pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
         .added
         .iter()
         .all(|entry| NOISE_ONLY.contains(&entry.id))
+}
+
+/// What a second effect is looked for beside: noise that positions show by themselves, whatever else is there; or the best.
+pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Option<&'a Hypothesis> {
+    let shows = |h: &&Hypothesis| of_noise(h) && h.score - base.score > ACCUSES;
+    single.iter().find(shows).or_else(|| single.first())
 }
 
 /// What hypotheses are judged by.

@@ -2,7 +2,7 @@
 
 use super::apply::axis_at;
 use super::candidate::{Background, Start};
-use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise};
+use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, foremost, of_noise};
 use super::likelihood::{Noise, Own};
 use super::null::{Null, nulls};
 use super::regime::{Node, nodes};
@@ -245,7 +245,7 @@ pub fn search(
     progress(0.8);
 
     let mut several: Vec<Hypothesis> = Vec::new();
-    let mut best = single.first().cloned();
+    let mut best = foremost(&single, &base).cloned();
     for _ in 1..MOST_EFFECTS {
         let room = |h: &Hypothesis| leaves_room(&noise, &nodes, &base.held_out, &h.held_out);
         let Some(from) = best.take().filter(room) else {

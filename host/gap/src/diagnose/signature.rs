@@ -7,15 +7,13 @@ use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
 use crate::inverse::{Added, Record};
+use crate::sensor::Shown;
 use bristle_plant::effect::Entry;
 use bristle_plant::effect::{Kind, Scale};
 
 /// A grid this much coarser than a count is no rounding of the file.
 const COARSER: f64 = 1.5;
-/// Jitter counts where it moves the position by this part of a count at the speeds on record.
-const JITTER_COUNTS: f64 = 0.3;
-
-/// Every record that can show jitter shows this part of it at least.
+/// Every record must have room for this part of a jitter at its fastest motion.
 const ALIKE: f64 = 0.5;
 
 /// The hypotheses that the positions themselves suggest.
@@ -30,14 +28,17 @@ pub fn hypotheses(
     let (inertia_kg_m2, believed) = (scale.inertia_kg_m2, scale.rad_per_count);
     let entry = |id: &str| catalogue.iter().copied().find(|entry| entry.id == id);
     let mut found = Vec::new();
+    let mut coarser = false;
     if let Some(entry) = entry("sensor.quantization") {
+        // One encoder: a record without the grid speaks against it, one that cannot show a grid does not.
         let grid = records
             .iter()
-            .map(|r| r.sensor.grid_rad)
+            .filter_map(|r| r.sensor.grid_rad)
             .fold(f64::INFINITY, f64::min);
-        if grid.is_finite() && grid > COARSER * believed {
+        coarser = grid.is_finite() && grid > COARSER * believed;
+        if coarser {
             let extra = |_: &Record, _: f64| (grid * grid - believed * believed) / 12.0;
-            found.extend(explains(
+            let of_balance = explains(
                 base,
                 records,
                 nodes,
@@ -46,27 +47,23 @@ pub fn hypotheses(
                 grid,
                 inertia_kg_m2,
                 &extra,
-            ));
+            );
+            found.extend(of_balance.map(|hypothesis| Hypothesis {
+                score: hypothesis.score + of_positions(records.iter(), |shown| shown.grid_nats),
+                ..hypothesis
+            }));
         }
     }
     if let Some(entry) = entry("sensor.jitter") {
-        let mut shown: Vec<f64> = records.iter().map(|r| r.sensor.jitter_s).collect();
+        // A coarser grid that a record cannot show is noise in it.
+        let tells = |record: &&Record| !coarser || record.sensor.grid_rad.is_some();
+        let telling: Vec<&Record> = records.iter().filter(tells).collect();
+        let mut shown: Vec<f64> = telling.iter().map(|r| r.sensor.jitter_s).collect();
         shown.retain(|jitter_s| *jitter_s > 0.0);
         shown.sort_unstable_by(f64::total_cmp);
         let jitter = shown.get(shown.len() / 2).copied().unwrap_or_default();
-        let can_show: Vec<&Record> = records
-            .iter()
-            .filter(|record| {
-                let top = record
-                    .stretches
-                    .iter()
-                    .flat_map(|s| &s.velocity_rad_s)
-                    .fold(0.0, |top: f64, v| top.max(v.abs()));
-                jitter * top > JITTER_COUNTS * record.rad_per_count
-            })
-            .collect();
-        let alike = |record: &&Record| record.sensor.jitter_s > ALIKE * jitter;
-        if jitter > least(entry, scale) && !can_show.is_empty() && can_show.iter().all(alike) {
+        let has_room = |record: &&Record| record.sensor.most_jitter_s > ALIKE * jitter;
+        if jitter > least(entry, scale) && telling.iter().all(has_room) {
             let extra = |_: &Record, v: f64| (jitter * v).powi(2);
             let of_balance = explains(
                 base,
@@ -78,14 +75,18 @@ pub fn hypotheses(
                 inertia_kg_m2,
                 &extra,
             );
-            let of_positions: f64 = can_show.iter().map(|r| r.sensor.jitter_nats).sum();
             found.extend(of_balance.map(|hypothesis| Hypothesis {
-                score: hypothesis.score + of_positions,
+                score: hypothesis.score + of_positions(telling.into_iter(), |s| s.jitter_nats),
                 ..hypothesis
             }));
         }
     }
     found
+}
+
+/// What the positions of records say by themselves, nats.
+fn of_positions<'a>(records: impl Iterator<Item = &'a Record>, nats: fn(&Shown) -> f64) -> f64 {
+    records.map(|record| nats(&record.sensor)).sum()
 }
 
 /// The least usual size of an effect; a clock jitters by less on every axis.

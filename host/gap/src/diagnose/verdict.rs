@@ -6,7 +6,7 @@
 
 use super::closed::closed_over;
 use super::held_out::spreads;
-use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
+use super::hypothesis::{Hypothesis, NOISE_ONLY, foremost, of_noise};
 use super::likelihood::Noise;
 use super::regime::{Node, Regime};
 use super::search::Search;
@@ -177,15 +177,15 @@ pub fn verdict(search: &Search) -> Verdict {
         let place = ranked.iter().position(|h| h.ids() == best.ids());
         (Kind::Effects, place.into_iter().collect())
     } else {
-        let limit = if shown {
-            best.score
-        } else {
-            best.score - TIES.0.max(TIES.1 * gain)
-        };
+        let limit = best.score - TIES.0.max(TIES.1 * gain);
+        // What positions show by themselves ties with nothing.
+        let by_itself = shown || of_noise(best);
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
-            .filter(|(_, h)| h.added.len() == 1 && h.score >= limit)
+            .filter(|(_, h)| {
+                h.ids() == best.ids() || !by_itself && h.added.len() == 1 && h.score >= limit
+            })
             .map(|(i, _)| i)
             .collect();
         let kind = if tied.len() > 1 {
@@ -200,7 +200,7 @@ pub fn verdict(search: &Search) -> Verdict {
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
         Kind::Effects => EFFECTS_ARE,
-        _ if shown || chosen.is_some_and(of_noise) => NOISE_IS,
+        _ if shown || of_noise(best) => NOISE_IS,
         _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
     };
 
@@ -289,7 +289,10 @@ fn logistic(x: f64) -> f64 {
 /// The best single effect, or the best pair if it is worth its second effect.
 fn choose(search: &Search) -> Option<&Hypothesis> {
     let holds = |h: &&Hypothesis| search.shown.is_none_or(|id| h.ids().contains(&id));
-    let single = search.single.iter().find(holds)?;
+    let single = match search.shown {
+        Some(_) => search.single.iter().find(holds),
+        None => foremost(&search.single, &search.base),
+    }?;
     let Some(pair) = search.several.iter().find(holds) else {
         return Some(single);
     };

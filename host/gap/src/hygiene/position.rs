@@ -5,6 +5,7 @@ use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
 use crate::log::{Log, PositionKind};
+use crate::sensor::grid_rad;
 use crate::signal::extent;
 use crate::stretch::{Stretch, rad_per_count};
 use std::ops::Range;
@@ -61,7 +62,9 @@ pub(super) fn inspect(
         return Ok(Grid::Unseen);
     }
     let grid = inspect_grid(log, axis, out);
-    let limits = Limits::new(axis, &position, &effort, count);
+    // A step of a coarser encoder than the file says is none of the axis.
+    let step_rad = count.max(grid_rad(&position, count).unwrap_or(0.0));
+    let limits = Limits::new(axis, &position, &effort, step_rad);
     let mut found = Found::default();
     for stretch in stretches {
         found.in_stretch(
@@ -182,7 +185,7 @@ struct Limits {
     largest_nm: f64,
     /// Friction that may help, N m.
     level_nm: f64,
-    /// A count, rad.
+    /// A count, or a step of the grid that positions lie on, rad.
     count: f64,
     /// Travel to believe in before an encoder is called stuck, rad.
     missed_rad: f64,

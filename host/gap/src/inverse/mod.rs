@@ -8,7 +8,6 @@ mod kernel;
 mod model;
 mod motion;
 mod record;
-mod sensor;
 mod twin;
 
 pub use base::scale;
@@ -17,5 +16,4 @@ pub use follow::{Later, Rubbing, Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, Free, Model, OFFSET, Own, Owner, Point, has_bristles};
 pub use record::{Record, Stretch};
-pub use sensor::Shown;
 pub use twin::twins;

@@ -3,11 +3,11 @@
 use super::kernel::Kernel;
 use super::model::has_bristles;
 use super::motion::{position_noise_rad, resting_on_edges, shortest_path, smooth};
-use super::sensor::{Shown, shown};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
+use crate::sensor::{Shown, shown};
 use crate::signal::{interpolate, means, rms};
 use bristle_plant::drive::DriveConfig;
 use std::ops::Range;
@@ -91,7 +91,7 @@ impl Record {
         let effort = log.effort_nm(axis)?;
         let position = log.position_rad(axis)?;
         let sensor = shown(&position, log.median_step_s(), believed.rad_per_count());
-        let rad_per_count = believed.rad_per_count().max(sensor.grid_rad);
+        let rad_per_count = believed.rad_per_count().max(sensor.coarse_rad());
         let coarse = has_bristles(believed.model)
             && believed.coulomb_nm < COARSE * rad_per_count * believed.stiffness_nm_rad;
         let kind = log.best_effort(axis)?.kind;

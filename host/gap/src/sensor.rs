@@ -9,7 +9,7 @@ const BINS_PER_COUNT: f64 = 2.0;
 /// Longest range of positions that is counted, bins: 20 bits for four turns.
 const MOST_BINS: usize = 1 << 23;
 /// Coarsest grid that is looked for, counts.
-const COARSEST: f64 = 500.0;
+const COARSEST: f64 = 1000.0;
 /// Fewest grid steps that make a grid.
 const FEWEST_STEPS: f64 = 30.0;
 /// Share of positions in step from which they are a grid: noise of a fifth of its step leaves 0.45.
@@ -21,13 +21,13 @@ const RESTS: f64 = 3.0;
 /// Lines of the spectrum that are looked at.
 const MOST_LINES: usize = 20;
 /// Steps of more counts than this are motion.
-const STIRS: f64 = 3.0;
+const STIRS: f64 = 0.75;
 /// Parts of the speeds in each of which positions lie on a grid, and the share in step that says so: what is in step by
 /// chance is a seventh of 50.
 const SPEEDS: usize = 4;
 const AT_ITS_SPEED: f64 = 0.25;
 /// Samples over which a speed is taken.
-const OVER: usize = 8;
+const OVER: usize = 32;
 /// The quarter of slower motion is slower than the quarter of faster motion by this factor, or it is all one speed.
 const UNEVEN: f64 = 0.9;
 /// Fewest samples in each part of the speeds.
@@ -45,15 +45,25 @@ const PARTS: usize = 8;
 /// The sensor as the positions show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown {
-    /// Grid that positions lie on, coarser than a count, rad; zero where there is none.
-    pub grid_rad: f64,
-    /// Noise of time stamps, s rms.
+    /// Grid that positions lie on, coarser than a count, rad: zero where there is none, nothing where they are too few, all
+    /// of one speed, or in step with a grid for another reason.
+    pub grid_rad: Option<f64>,
+    /// Nats by which the grid is more probable than positions that lie anywhere.
+    pub grid_nats: f64,
+    /// Noise of time stamps, s rms; zero where none shows.
     pub jitter_s: f64,
+    /// The most that the noise at the fastest motion allows, s rms.
+    pub most_jitter_s: f64,
     /// Nats by which noise that grows with speed so is more probable than the same noise at every speed.
     pub jitter_nats: f64,
 }
 
 impl Shown {
+    /// The grid, if there is one, rad; else zero.
+    pub fn coarse_rad(&self) -> f64 {
+        self.grid_rad.unwrap_or(0.0)
+    }
+
     /// Position noise that the clock makes at a speed, in means of so many samples, rad rms.
     pub fn clock_noise_rad(&self, speed_rad_s: f64, averaged: usize) -> f64 {
         self.jitter_s * speed_rad_s / (averaged as f64).sqrt()
@@ -62,26 +72,33 @@ impl Shown {
 
 /// Looks at positions sampled every `step_s` by an encoder of this count.
 pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
-    let (jitter_s, jitter_nats) = jitter(position_rad, step_s, rad_per_count);
+    let grid_rad = grid_rad(position_rad, rad_per_count);
+    let coarse_rad = grid_rad.unwrap_or(0.0);
+    let count_rad = rad_per_count.max(coarse_rad);
+    let grid_nats = if coarse_rad > 0.0 {
+        // Of a von Mises distribution over an even one, for each step of the grid that was passed.
+        let path: f64 = position_rad.windows(2).map(|q| (q[1] - q[0]).abs()).sum();
+        path / coarse_rad * in_step_with(coarse_rad, position_rad.iter()).powi(2)
+    } else {
+        0.0
+    };
     Shown {
-        grid_rad: grid_rad(position_rad, rad_per_count),
-        jitter_s,
-        jitter_nats,
+        grid_rad,
+        grid_nats,
+        ..jitter(position_rad, step_s, count_rad)
     }
 }
 
 /// The grid that positions lie on, if it is coarser than a count: the longest wave that how often each position was seen
 /// has in common with a comb. What is noise of a few counts on a coarse sensor blurs its teeth, and leaves them there.
-fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
+pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
     let (low, high) = extent(position_rad);
     let bin_rad = rad_per_count / BINS_PER_COUNT;
     let span = (high - low) / bin_rad;
     if !span.is_finite() || span >= MOST_BINS as f64 || span < FEWEST_STEPS {
-        return 0.0;
+        return None;
     }
-    let Some(moving) = at_several_speeds(position_rad, rad_per_count) else {
-        return 0.0;
-    };
+    let moving = at_several_speeds(position_rad, rad_per_count)?;
     let length = (span as usize + 1).next_power_of_two();
     let mut seen = vec![0.0_f64; length];
     for q in position_rad {
@@ -96,7 +113,7 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
     let mut spectrum = plan.make_output_vec();
     if plan.process(&mut seen, &mut spectrum).is_err() {
-        return 0.0;
+        return None;
     }
     // Waves a bin: from the coarsest grid, and enough of its steps, to one and a half counts.
     let slowest = (length as f64 / (COARSEST * BINS_PER_COUNT))
@@ -108,7 +125,7 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
     let mut from = slowest;
     for _ in 0..MOST_LINES {
         let Some(mut top) = (from..fastest).find(|&k| share(k) > in_step) else {
-            return 0.0;
+            return (from == slowest).then_some(0.0);
         };
         while top + 1 < fastest && share(top + 1) > share(top) {
             top += 1;
@@ -116,7 +133,7 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
         // Where between the lines of the transform the positions themselves are most in step.
         let grid = |off: i32| bin_rad * length as f64 / (top as f64 + 0.05 * f64::from(off));
         let grid = (-20..=20)
-            .map(|off| (in_step_with(grid(off), position_rad.iter()), grid(off)))
+            .map(|off| (in_step_with(grid(off), moving.iter()), grid(off)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(0.0, |(_, grid)| grid);
         let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
@@ -124,11 +141,11 @@ fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
             .chunks(part)
             .all(|part| in_step_with(grid, part.iter()) > AT_ITS_SPEED);
         if at_every_speed {
-            return grid;
+            return Some(grid);
         }
         from = top + 2;
     }
-    0.0
+    None
 }
 
 /// Positions that were passed in motion, by their speed, the slowest first; none where they are few, or were all passed at one
@@ -160,8 +177,8 @@ fn in_step_with<'a>(grid_rad: f64, position_rad: impl ExactSizeIterator<Item = &
 
 /// Slope of the third difference's square over the square of speed. Single jerks are left out in each part of the
 /// speeds; noise that is there at every speed does not count, nor that of counts, which an axis at rest does not show.
-/// Gives the jitter, s, and what speaks for it, nats.
-fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
+/// Says nothing of the grid.
+fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     // A third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
     let variance = |square: f64| square / OF_SMALLER / 20.0;
     let quantisation = variance((ROUNDS_TO * rad_per_count).powi(2));
@@ -173,7 +190,10 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
         })
         .collect();
     if samples.len() < PARTS * FEWEST {
-        return (0.0, 0.0);
+        return Shown {
+            most_jitter_s: f64::INFINITY,
+            ..Shown::default()
+        };
     }
     let each = samples.len() as f64 / PARTS as f64;
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -197,20 +217,29 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> (f64, f64) {
         xx += (p.0 - x).powi(2);
         yy += (p.1 - y).powi(2);
     }
+    let (fastest, its_noise) = points[points.len() - 1];
+    let none = Shown {
+        most_jitter_s: (its_noise / fastest).sqrt(),
+        ..Shown::default()
+    };
     // A straight line over the square of speed, or it is something else.
     let straight = xx > 0.0 && yy > 0.0 && xy > 0.0 && xy * xy > 0.8 * xx * yy;
     if !straight {
-        return (0.0, 0.0);
+        return none;
     }
     let slope = xy / xx;
     let least = points.iter().fold(f64::INFINITY, |least, p| least.min(p.1));
     let misfit = |seen: f64, said: f64| said.ln() + seen / said;
     // Third differences share three of four positions with the next.
     let nats = points.iter().map(|&(speed, seen)| {
-        let said = (y + slope * (speed - x)).max(0.5 * least);
+        let said = least + slope * speed;
         0.5 * each / 3.0 * (misfit(seen, y) - misfit(seen, said))
     });
-    (slope.sqrt(), nats.filter(|nats| nats.is_finite()).sum())
+    Shown {
+        jitter_s: slope.sqrt(),
+        jitter_nats: nats.filter(|nats| nats.is_finite()).sum(),
+        ..none
+    }
 }
 
 #[cfg(test)]
@@ -236,15 +265,15 @@ mod tests {
                 .collect()
         };
         for (grid, noise) in [(1e-3, 0.0), (4e-4, 0.5), (2e-4, 0.3), (3.3e-3, 2.0)] {
-            let found = shown(&coarse(grid, noise), 1e-3, count).grid_rad;
+            let found = shown(&coarse(grid, noise), 1e-3, count).coarse_rad();
             // The resolution of a line over 60,000 counts.
             assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
         }
         let fine: Vec<f64> = (0..10_000).map(|k| counted(moved(k))).collect();
-        assert_eq!(shown(&fine, 1e-3, count).grid_rad, 0.0);
+        assert_eq!(shown(&fine, 1e-3, count).grid_rad, Some(0.0));
         // One speed, whose steps are a grid of 4.3 counts.
         let one: Vec<f64> = (0..10_000).map(|k| counted(4.3e-4 * k as f64)).collect();
-        assert_eq!(shown(&one, 1e-3, count).grid_rad, 0.0);
+        assert_eq!(shown(&one, 1e-3, count).grid_rad, None);
         // To and fro at 10 rad/s for two thirds of the time: 0.01 rad apart.
         let mut at = 0.0;
         let even: Vec<f64> = (0..10_000)
@@ -254,7 +283,7 @@ mod tests {
                 counted(at)
             })
             .collect();
-        assert_eq!(shown(&even, 1e-3, count).grid_rad, 0.0);
+        assert_eq!(shown(&even, 1e-3, count).coarse_rad(), 0.0);
     }
 
     #[test]
@@ -269,6 +298,13 @@ mod tests {
             .collect();
         let jitter = shown(&late, 1e-3, 1e-6).jitter_s;
         assert!((0.7e-4..1.4e-4).contains(&jitter), "{jitter:e}");
+        // A record that hardly moves shows nothing of it, and leaves room for more.
+        let slow: Vec<f64> = (0..20_000)
+            .map(|k| 1e-3 * (late[k] * 1e3).round() * 1e-3)
+            .collect();
+        let slow = shown(&slow, 1e-3, 1e-5);
+        assert_eq!(slow.jitter_s, 0.0);
+        assert!(slow.most_jitter_s > 2e-4, "{:e}", slow.most_jitter_s);
         let coarse: Vec<f64> = (0..20_000)
             .map(|k| (position(k) / 1e-3).floor() * 1e-3)
             .collect();
