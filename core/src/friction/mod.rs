@@ -92,6 +92,13 @@ pub trait Friction<T: Real> {
     /// Advances the state by one step and gives the friction torque in it, N m.
     fn step(&self, state: &mut Self::State, motion: Motion<T>) -> T;
 
+    /// Advances by two such steps and gives the friction torque in the first, N m.
+    fn step_twice(&self, state: &mut Self::State, motion: Motion<T>) -> T {
+        let friction_nm = self.step(state, motion);
+        self.step(state, motion);
+        friction_nm
+    }
+
     /// Friction torque after a long time at constant velocity, N m. At zero velocity: zero.
     fn steady_state_nm(&self, velocity_rad_s: T) -> T;
 

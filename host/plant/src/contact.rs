@@ -6,6 +6,12 @@ use bristle_core::friction::{Friction, Motion};
 pub trait Contact: Send {
     /// Advances by one step and gives the friction torque, N m.
     fn step(&mut self, motion: Motion<f64>) -> f64;
+    /// See [`Friction::step_twice`].
+    fn step_twice(&mut self, motion: Motion<f64>) -> f64 {
+        let friction_nm = self.step(motion);
+        self.step(motion);
+        friction_nm
+    }
     /// Bristle deflection, rad.
     fn deflection_rad(&self) -> f64;
     /// See [`Friction::HOLDS_AT_REST`].
@@ -60,6 +66,10 @@ where
 {
     fn step(&mut self, motion: Motion<f64>) -> f64 {
         self.model.step(&mut self.state, motion)
+    }
+
+    fn step_twice(&mut self, motion: Motion<f64>) -> f64 {
+        self.model.step_twice(&mut self.state, motion)
     }
 
     fn deflection_rad(&self) -> f64 {

@@ -46,7 +46,8 @@ class Task:
         for place, record in enumerate(self.records):
             self.v[: len(record["v"]), 0, place] = record["v"]
         self.speed = np.abs(self.v)
-        self.dq = self.v * self.step_s
+        # The friction of a step is that half-way through it.
+        self.half_dq = 0.5 * self.v * self.step_s
         self.first_nm = np.array([record["effort_nm"][0] for record in self.records])
 
     def values(self, at):
@@ -64,20 +65,28 @@ class Task:
         stiffness, damping = p["stiffness_nm_rad"], p["damping_nm_s_rad"]
         ratio = p["breakaway_ratio"]
         z_max = stiction / stiffness
-        x = self.speed / p["stribeck_velocity_rad_s"]
-        z_ss = (coulomb + (stiction - coulomb) * np.exp(-(x * x))) / stiffness
+
+        def z_ss_at(speed):
+            x = speed / p["stribeck_velocity_rad_s"]
+            return (coulomb + (stiction - coulomb) * np.exp(-(x * x))) / stiffness
+
+        z_ss = z_ss_at(self.speed)
         z_break = ratio * z_ss
         per_range = 1.0 / (1.0 - ratio)
-        dq = self.dq
+        dq = self.half_dq
         z = np.zeros(z_ss.shape[1:])
-        # The load at the start is that of the effort.
-        z, _ = deflect(z, self.first_nm / stiffness, z_max, z_max * ratio, z_max, per_range)
+        # The load at the start is that of the effort, put on within a step.
+        first = self.first_nm / stiffness
+        first_z_ss = z_ss_at(np.abs(first / self.step_s))
+        for _ in range(2):
+            z, _ = deflect(z, 0.5 * first, first_z_ss, ratio * first_z_ss, z_max, per_range)
         deflections = np.empty_like(z_ss)
         plastics = np.empty_like(z_ss)
         for k in range(len(dq)):
             z, plastic = deflect(z, dq[k], z_ss[k], z_break[k], z_max, per_range)
             deflections[k] = z
             plastics[k] = plastic
+            z, _ = deflect(z, dq[k], z_ss[k], z_break[k], z_max, per_range)
         return (
             stiffness * deflections
             + damping * (self.v - self.v * plastics)

@@ -64,9 +64,9 @@ impl<'a> Background<'a> {
             stacked[(rows + i, i)] = 1.0 / free.spread;
         }
         let mut friction_nm = Model::places(records);
-        let mut rubbing = Rubbing::Kept(&mut friction_nm);
+        let rubbing = Rubbing::Kept(&mut friction_nm);
         // It could be followed when it was fitted.
-        let _ = model.left_over_rubbing(records, &fit.at, &mut rubbing);
+        let _ = model.left_over_rubbing(records, &fit.at, rubbing);
         Self {
             model,
             records,
@@ -109,9 +109,9 @@ impl<'a> Background<'a> {
             entry,
             values: values.to_vec(),
         });
-        let mut rubbing = Rubbing::Known(&self.friction_nm);
+        let rubbing = Rubbing::Known(&self.friction_nm);
         let rest = model
-            .left_over_rubbing(self.records, &self.fit.at, &mut rubbing)
+            .left_over_rubbing(self.records, &self.fit.at, rubbing)
             .ok()?;
         let change: Vec<f64> = rest
             .iter()

@@ -120,10 +120,10 @@ impl<'a> Problem<'a> {
     }
 
     fn evaluate(&mut self) -> Result<(), InputError> {
-        let mut rubbing = Rubbing::Kept(&mut self.friction_nm);
-        self.left_over =
-            self.model
-                .left_over_rubbing(self.records, self.at.as_slice(), &mut rubbing)?;
+        let rubbing = Rubbing::Kept(&mut self.friction_nm);
+        self.left_over = self
+            .model
+            .left_over_rubbing(self.records, self.at.as_slice(), rubbing)?;
         Ok(())
     }
 
@@ -216,15 +216,12 @@ impl<'a> Problem<'a> {
             // Held where it is.
             return vec![0.0; self.left_over.len()];
         }
-        let mut rubbing = if self.model.leaves_contact(i) {
+        let rubbing = if self.model.leaves_contact(i) {
             Rubbing::Known(&self.friction_nm)
         } else {
             Rubbing::Anew
         };
-        match self
-            .model
-            .left_over_rubbing(self.records, &at, &mut rubbing)
-        {
+        match self.model.left_over_rubbing(self.records, &at, rubbing) {
             Ok(moved) => moved
                 .iter()
                 .zip(&self.left_over)

@@ -42,13 +42,10 @@ struct HalfWay(Box<dyn Contact>);
 
 impl Contact for HalfWay {
     fn step(&mut self, motion: ContactMotion<f64>) -> f64 {
-        let half = ContactMotion {
+        self.0.step_twice(ContactMotion {
             dt_s: 0.5 * motion.dt_s,
             ..motion
-        };
-        let friction_nm = self.0.step(half);
-        self.0.step(half);
-        friction_nm
+        })
     }
 
     fn deflection_rad(&self) -> f64 {
@@ -83,6 +80,25 @@ pub enum Rubbing<'a> {
     Kept(&'a mut [f64]),
     /// As it was kept: for an axis with the same contact.
     Known(&'a [f64]),
+}
+
+impl Rubbing<'_> {
+    /// Takes that of the first so many samples.
+    pub fn split_off(&mut self, samples: usize) -> Self {
+        match std::mem::replace(self, Self::Anew) {
+            Self::Anew => Self::Anew,
+            Self::Kept(kept_nm) => {
+                let (first, rest) = kept_nm.split_at_mut(samples);
+                *self = Self::Kept(rest);
+                Self::Kept(first)
+            }
+            Self::Known(known_nm) => {
+                let (first, rest) = known_nm.split_at(samples);
+                *self = Self::Known(rest);
+                Self::Known(first)
+            }
+        }
+    }
 }
 
 /// Appends what torque is left over at each node of a stretch, N m.

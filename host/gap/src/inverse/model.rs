@@ -11,6 +11,7 @@ use crate::error::InputError;
 use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use bristle_plant::effect::{Coupling, Entry};
+use rayon::prelude::*;
 
 /// Effect that stands for a constant torque on the axis.
 pub const OFFSET: &str = "mechanics.offset";
@@ -236,9 +237,7 @@ impl Model {
 
     /// As many places as the friction along all records takes.
     pub fn places(records: &[Record]) -> Vec<f64> {
-        let stretches = records.iter().flat_map(|record| &record.stretches);
-        let intervals = stretches.map(|stretch| stretch.effort_nm.len() - 1);
-        vec![0.0; intervals.sum()]
+        vec![0.0; records.iter().map(Record::intervals).sum()]
     }
 
     /// What is left over of each record at a point, N m, node after node.
@@ -246,7 +245,7 @@ impl Model {
     /// # Errors
     /// The friction model refuses the parameters.
     pub fn left_over(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
-        self.left_over_rubbing(records, at, &mut Rubbing::Anew)
+        self.left_over_rubbing(records, at, Rubbing::Anew)
     }
 
     /// The same, with the friction of the contact along the motion kept, or known from a point, perhaps of another model,
@@ -258,36 +257,39 @@ impl Model {
         &self,
         records: &[Record],
         at: &[f64],
-        rubbing: &mut Rubbing<'_>,
+        mut rubbing: Rubbing<'_>,
     ) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
-        let mut out = Vec::with_capacity(records.iter().map(Record::nodes).sum());
-        let mut passed = 0;
-        for (place, record) in records.iter().enumerate() {
-            let first = out.len();
-            for stretch in &record.stretches {
-                let intervals = stretch.effort_nm.len() - 1;
-                let here = match rubbing {
-                    Rubbing::Anew => Rubbing::Anew,
-                    Rubbing::Kept(kept_nm) => {
-                        Rubbing::Kept(&mut kept_nm[passed..passed + intervals])
-                    }
-                    Rubbing::Known(known_nm) => {
-                        Rubbing::Known(&known_nm[passed..passed + intervals])
-                    }
-                };
-                passed += intervals;
-                let running = point.running(record, place, 1.0)?;
-                left_over(record, stretch, running, here, &mut out);
-            }
-            if !self.scales_effort {
-                continue;
-            }
+        let rubbings: Vec<Rubbing<'_>> = records
+            .iter()
+            .map(|record| rubbing.split_off(record.intervals()))
+            .collect();
+        let of_records = records
+            .par_iter()
+            .zip(rubbings)
+            .enumerate()
+            .map(|(place, (record, rubbing))| self.of_record(&point, record, place, rubbing))
+            .collect::<Result<Vec<_>, InputError>>()?;
+        Ok(of_records.concat())
+    }
+
+    fn of_record(
+        &self,
+        point: &Point,
+        record: &Record,
+        place: usize,
+        mut rubbing: Rubbing<'_>,
+    ) -> Result<Vec<f64>, InputError> {
+        let mut out = Vec::with_capacity(record.nodes());
+        for stretch in &record.stretches {
+            let here = rubbing.split_off(stretch.effort_nm.len() - 1);
+            let running = point.running(record, place, 1.0)?;
+            left_over(record, stretch, running, here, &mut out);
+        }
+        if self.scales_effort {
             let more = point.rest(record, place, 1.0 + GAIN_STEP)?;
-            let gain = point
-                .gain(record, place, &out[first..], &more)?
-                .max(LEAST_GAIN);
-            for rest in &mut out[first..] {
+            let gain = point.gain(record, place, &out, &more)?.max(LEAST_GAIN);
+            for rest in &mut out {
                 *rest /= gain;
             }
         }

@@ -197,6 +197,12 @@ impl Record {
         }
     }
 
+    /// Steps from sample to sample in all stretches.
+    pub fn intervals(&self) -> usize {
+        let of = |stretch: &Stretch| stretch.effort_nm.len() - 1;
+        self.stretches.iter().map(of).sum()
+    }
+
     /// Nodes of all stretches.
     pub fn nodes(&self) -> usize {
         self.stretches
