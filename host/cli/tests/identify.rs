@@ -101,30 +101,31 @@ fn direction_dependent_friction_on_emps() {
     };
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("axis.toml"), BARE).unwrap();
-    let result = identify(
-        folder.path(),
-        &[
-            "--axis",
-            "axis.toml",
-            &train.display().to_string(),
-            "--held-out",
-            &pulses.display().to_string(),
-            "--model",
-            "elasto-plastic",
-            "--with",
-            "friction.asymmetry",
-        ],
-    );
-    let relative = |place: usize| result["errors"][place]["effort_relative"].as_f64().unwrap();
-    println!(
-        "relative force error: train {}, pulses {}",
-        relative(0),
-        relative(1)
-    );
-    // Published with direction-dependent friction: 3.11 %; on the pulses 5.98 % without.
-    assert!(relative(0) <= 0.0311);
-    assert!(relative(1) <= 0.0598);
-    assert_eq!(result["errors"][1]["held_out"], true);
+    let [train, pulses] = [train, pulses].map(|path| path.display().to_string());
+    let fitted = |model: &[&str]| {
+        let mut words = vec!["--axis", "axis.toml", &train, "--held-out", &pulses];
+        words.extend(["--with", "friction.asymmetry", "--model"]);
+        words.extend(model);
+        let result = identify(folder.path(), &words);
+        assert_eq!(result["errors"][1]["held_out"], true);
+        let relative = [0, 1].map(|place| {
+            let error = &result["errors"][place]["effort_relative"];
+            error.as_f64().unwrap()
+        });
+        println!("{model:?}: relative force error on train and pulses {relative:?}");
+        (result, relative)
+    };
+    // Published with direction-dependent friction, by ordinary least squares: 3.11 %. Bristles leave no more.
+    let (_, published) = fitted(&["coulomb-viscous", "--plain"]);
+    assert!(published[0] <= 0.0311);
+    let (_, plain) = fitted(&["elasto-plastic", "--plain"]);
+    assert!(plain[0] <= published[0]);
+    assert!(plain[1] <= published[1]);
+    // Weighted by noise the fit does not minimise the error on its own record, which says the same of stiff and of softer bristles;
+    // what it is for is that which it has not seen: published on the pulses, without direction, 5.98 %.
+    let (result, weighted) = fitted(&["elasto-plastic"]);
+    assert!(weighted[1] < plain[1]);
+    assert!(weighted[1] <= 0.0598);
     // One carriage that only slides: these logs cannot show presliding.
     for name in ["stribeck_velocity_m_s", "damping_n_s_m"] {
         assert_eq!(

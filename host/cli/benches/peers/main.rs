@@ -5,7 +5,7 @@
 //! weights. The figures go to `docs/peers.md`.
 
 use bristle_gap::axis_file::FrictionModel;
-use bristle_gap::identify::joint::{Data, Joint, Usable, Weighting, prepare};
+use bristle_gap::identify::joint::{Data, Joint, Search, Usable, Weighting, prepare};
 use bristle_gap::inverse::{self, Free, Owner, STANDS_STILL};
 use bristle_gap::output::write_atomically;
 use bristle_gap::{AxisFile, Log};
@@ -167,7 +167,7 @@ fn fit(axis_path: &Path, logs: &[PathBuf], task: &Path) -> Result<Own, Failure> 
     let (file, records) = prepare(&usable, &axis, axis_path).map_err(fail)?;
     let mut data = Data::new(records, &file, axis_path, Weighting::Noise).map_err(fail)?;
     let kind = FrictionModel::ElastoPlastic;
-    let joint = Joint::new(&data, &file, axis_path, kind, &[], 0).map_err(fail)?;
+    let joint = Joint::new(&data, &file, axis_path, kind, &[], Search::Near).map_err(fail)?;
     data.weigh(&joint);
     let model = &joint.model;
     let start = model.start();

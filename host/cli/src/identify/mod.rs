@@ -13,6 +13,7 @@ use bristle_gap::identify::joint::{
 use bristle_gap::output::write_atomically;
 use bristle_gap::report::Table;
 use bristle_gap::{AxisFile, InputError, Log, Unit};
+use rayon::prelude::*;
 use result::Summary;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -149,13 +150,16 @@ fn usable(
     axis: &AxisFile,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Usable>, InputError> {
+    let logs = paths.par_iter().map(|path| {
+        let log = Log::read(path)?;
+        let inspected = hygiene::inspect(&log, axis)?;
+        Ok((path, log, inspected))
+    });
     let mut usable = Vec::new();
     let mut still = None;
-    for path in paths {
-        let log = Log::read(path)?;
+    for (path, log, inspected) in logs.collect::<Result<Vec<_>, InputError>>()? {
         notes.extend(log.notices());
         notes.extend(log.disagreement(axis));
-        let inspected = hygiene::inspect(&log, axis)?;
         let fatal = inspected
             .findings
             .iter()

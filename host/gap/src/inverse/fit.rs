@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 /// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
 pub const STANDS_STILL: f64 = 1e-4;
+/// Relative change of cost at which a fit has shown what its start promises.
+const PROMISES: f64 = 0.1;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
 const PATIENCE: usize = 3;
 
@@ -51,7 +53,7 @@ pub fn fit_near(
     start: Vec<f64>,
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
-    let problem = Problem::new(model, records, weights, start, known)?.settled();
+    let problem = Problem::new(model, records, weights, start, known)?.settled(STANDS_STILL);
     let jacobian = problem.whole();
     Ok(problem.into_fit(jacobian))
 }
@@ -67,7 +69,22 @@ pub fn fit_alone(
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
     let none = DMatrix::zeros(0, 0);
-    let problem = Problem::new(model, records, weights, start, &none)?.settled();
+    let problem = Problem::new(model, records, weights, start, &none)?.settled(STANDS_STILL);
+    Ok(problem.into_fit(DMatrix::zeros(0, 0)))
+}
+
+/// As [`fit_alone`], no further than a start takes to show what it promises.
+///
+/// # Errors
+/// See [`fit`].
+pub fn fit_roughly(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+) -> Result<Fit, InputError> {
+    let none = DMatrix::zeros(0, 0);
+    let problem = Problem::new(model, records, weights, start, &none)?.settled(PROMISES);
     Ok(problem.into_fit(DMatrix::zeros(0, 0)))
 }
 
@@ -127,9 +144,9 @@ impl<'a> Problem<'a> {
         Ok(())
     }
 
-    fn settled(self) -> Self {
+    fn settled(self, cost_stands_still: f64) -> Self {
         let optimiser = LevenbergMarquardt::new()
-            .with_ftol(STANDS_STILL)
+            .with_ftol(cost_stands_still)
             .with_xtol(STANDS_STILL)
             .with_gtol(0.0)
             .with_patience(PATIENCE);

@@ -30,6 +30,9 @@ const DEFLECTIONS: [[f64; 5]; 2] = [
 const LEAST_COUNTS: f64 = 2.5;
 /// Starts that are fitted.
 const FITTED: usize = 3;
+/// Those of them that are fitted to the end, unless what the first leaves over is so many times less.
+const FINISHED: usize = 2;
+const HOPELESS: f64 = 10.0;
 
 /// Break-away ratios from which a fit is tried again, with so many times the stiffness.
 const VALLEYS: [(f64, f64); 3] = [(0.85, 0.5), (0.6, 0.7), (0.2, 1.5)];
@@ -43,6 +46,16 @@ pub enum Weighting {
     Noise,
     /// All alike, each effort value taken at the instant of its sample: ordinary least squares, as published fits are.
     Equal,
+}
+
+/// How widely a fit is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// From the best starts.
+    Near,
+    /// From the best of every other stiffness, too, since a fit does not cross from one to another, and from other break-away
+    /// ratios.
+    Wide,
 }
 
 /// A fitted model and all that its judgement takes.
@@ -167,8 +180,7 @@ impl Data {
 }
 
 impl Joint {
-    /// Fits a friction model, with the effects of `with` free, from what linear regression gave: from the best starts, and from
-    /// the best of so many other `stiffnesses`.
+    /// Fits a friction model, with the effects of `with` free, from what linear regression gave.
     ///
     /// # Errors
     /// The friction model refuses every start, or an effect does not exist.
@@ -178,7 +190,7 @@ impl Joint {
         path: &Path,
         kind: FrictionModel,
         with: &[&'static Entry],
-        stiffnesses: usize,
+        search: Search,
     ) -> Result<Self, InputError> {
         let models = starts(data, file, kind)
             .par_iter()
@@ -196,25 +208,19 @@ impl Joint {
                 Ok((cost, model))
             })
             .collect::<Result<Vec<_>, InputError>>()?;
-        let models = most_promising(models, stiffnesses);
-        let fits = models
-            .into_par_iter()
-            .map(|model| {
-                let fit = inverse::fit(&model, &data.records, &data.weights, model.start())?;
-                Ok(Self { kind, model, fit })
-            })
-            .collect::<Result<Vec<_>, InputError>>()?;
-        let mut best = fits
-            .into_iter()
-            .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
-            .ok_or_else(|| {
-                InputError::new(
-                    path,
-                    "the model leaves all bounds wherever the fit starts",
-                    "check the inertia and the units of the logs",
-                )
-            })?;
-        best = best.of_valleys(data)?;
+        let starts = most_promising(models, search).into_iter();
+        let starts = starts.map(|model| (model.start(), model)).collect();
+        let (model, fit) = best_from(data, starts)?.ok_or_else(|| {
+            InputError::new(
+                path,
+                "the model leaves all bounds wherever the fit starts",
+                "check the inertia and the units of the logs",
+            )
+        })?;
+        let mut best = Self { kind, model, fit };
+        if search == Search::Wide {
+            best = best.of_valleys(data)?;
+        }
         for entry in with {
             best = best.with(data, entry)?;
         }
@@ -232,21 +238,15 @@ impl Joint {
         else {
             return Ok(self);
         };
-        let others = VALLEYS
-            .par_iter()
-            .map(|(value, times)| {
-                let mut at = self.fit.at.clone();
-                at[ratio] = *value;
-                at[stiffness] += times.ln();
-                inverse::fit(&self.model, &data.records, &data.weights, at)
-            })
-            .collect::<Result<Vec<_>, InputError>>()?;
-        let best = others
-            .into_iter()
-            .filter(|fit| fit.cost < self.fit.cost)
-            .min_by(|a, b| a.cost.total_cmp(&b.cost));
-        Ok(match best {
-            Some(fit) => Self { fit, ..self },
+        let others = VALLEYS.iter().map(|(value, times)| {
+            let mut at = self.fit.at.clone();
+            at[ratio] = *value;
+            at[stiffness] += times.ln();
+            (at, self.model.clone())
+        });
+        let best = best_from(data, others.collect())?;
+        Ok(match best.filter(|(_, fit)| fit.cost < self.fit.cost) {
+            Some((_, fit)) => Self { fit, ..self },
             None => self,
         })
     }
@@ -381,18 +381,42 @@ fn suited(mut model: Model, data: &Data) -> Model {
     model
 }
 
-/// The starts that are fitted: the best, and the best of so many other stiffnesses, since a fit does not cross from one to
-/// another.
-fn most_promising(mut starts: Vec<(f64, Model)>, stiffnesses: usize) -> Vec<Model> {
+/// The best fit from any of these coordinates of models: all are fitted roughly, the most promising to the end.
+fn best_from(
+    data: &Data,
+    starts: Vec<(Vec<f64>, Model)>,
+) -> Result<Option<(Model, Fit)>, InputError> {
+    let (records, weights) = (&data.records, &data.weights);
+    let mut rough = starts
+        .into_par_iter()
+        .map(|(at, model)| Ok((inverse::fit_roughly(&model, records, weights, at)?, model)))
+        .collect::<Result<Vec<_>, InputError>>()?;
+    rough.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+    rough.truncate(FINISHED);
+    let least = rough.first().map_or(0.0, |(fit, _)| fit.cost);
+    rough.retain(|(fit, _)| fit.cost <= HOPELESS * least);
+    let finished = rough
+        .into_par_iter()
+        .map(|(fit, model)| Ok((inverse::fit(&model, records, weights, fit.at)?, model)))
+        .collect::<Result<Vec<_>, InputError>>()?;
+    let best = finished
+        .into_iter()
+        .min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+    Ok(best.map(|(fit, model)| (model, fit)))
+}
+
+/// The starts that are fitted.
+fn most_promising(mut starts: Vec<(f64, Model)>, search: Search) -> Vec<Model> {
     starts.retain(|(cost, _)| cost.is_finite());
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut starts = starts.into_iter().map(|(_, model)| model);
     let mut chosen: Vec<Model> = starts.by_ref().take(FITTED).collect();
-    for model in starts {
-        let stiffness = |model: &Model| model.believed.stiffness_nm_rad;
-        let known = chosen.iter().any(|one| stiffness(one) == stiffness(&model));
-        if chosen.len() < FITTED + stiffnesses && !known {
-            chosen.push(model);
+    if search == Search::Wide {
+        for model in starts {
+            let stiffness = |model: &Model| model.believed.stiffness_nm_rad;
+            if chosen.iter().all(|one| stiffness(one) != stiffness(&model)) {
+                chosen.push(model);
+            }
         }
     }
     chosen

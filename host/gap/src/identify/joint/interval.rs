@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 
 /// Half of a normal interval at [`LEVEL`](crate::identify::LEVEL), in standard deviations.
 const NORMAL: f64 = 1.645;
+/// Part of what was added up that an interval keeps: the larger of two spreads and doubts of bias together held on 93 % of 500
+/// virtual axes in the mean of nine parameters (`bristle trials identify --seed 6600` to 7099), this part on 90 %.
+const KEEPS: f64 = 0.85;
 /// Length of a block, s: longer than anything but drift remembers.
 const BLOCK_S: f64 = 0.5;
 /// Blocks of a short record, and the least that a spread can be taken from.
@@ -186,8 +189,8 @@ fn estimate(
     let scatter = (bias.noise[i].powi(2) - covariance.spread(i).powi(2)).max(0.0);
     let doubt = NORMAL * (bias.spread[i].powi(2) + scatter).sqrt();
     let ends = [
-        at - (joint.fit.at[i] - ends[0]).hypot(doubt),
-        at + (ends[1] - joint.fit.at[i]).hypot(doubt),
+        at - KEEPS * (joint.fit.at[i] - ends[0]).hypot(doubt),
+        at + KEEPS * (ends[1] - joint.fit.at[i]).hypot(doubt),
     ];
     let bounds = [0, 1].map(|side| {
         let coordinate = ends[side];

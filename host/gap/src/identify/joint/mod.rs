@@ -14,7 +14,7 @@ mod twin;
 
 pub use choice::{Compared, MODELS, compare};
 pub use file::{Provenance, axis_file, to_toml};
-pub use fit::{Data, Joint, Weighting, entries};
+pub use fit::{Data, Joint, Search, Weighting, entries};
 pub use interval::{BREAKAWAY_SCALE, Covariance, Estimate, IDENTIFIED, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
 pub use start::{prepare, records};
@@ -26,11 +26,9 @@ use crate::inverse::{Own, Owner, Record};
 use crate::log::Log;
 use crate::signal::rms;
 use bristle_plant::effect::Entry;
+use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
-
-/// Stiffnesses that the second search starts from beside those of its best starts: all of the grid.
-const OTHER_STIFFNESSES: usize = 5;
 
 /// A log and the samples of it that no one should fit.
 pub struct Usable {
@@ -115,7 +113,14 @@ pub fn identify(
     };
     let mut fits = Vec::new();
     for (done, &kind) in kinds.iter().enumerate() {
-        fits.push(Joint::new(&data, &file, path, kind, &options.with, 0)?);
+        fits.push(Joint::new(
+            &data,
+            &file,
+            path,
+            kind,
+            &options.with,
+            Search::Near,
+        )?);
         progress(0.1 + 0.4 * (done + 1) as f64 / kinds.len() as f64);
     }
     // The first weights are those of a fit without bristles, which hardly counts what bristles do: the best model is searched
@@ -123,14 +128,7 @@ pub fn identify(
     let mut best = best_of(&fits).clone();
     data.weigh(&best);
     best.again(&data)?;
-    let searched = Joint::new(
-        &data,
-        &file,
-        path,
-        best.kind,
-        &options.with,
-        OTHER_STIFFNESSES,
-    )?;
+    let searched = Joint::new(&data, &file, path, best.kind, &options.with, Search::Wide)?;
     if searched.fit.cost < best.fit.cost {
         best = searched;
     }
@@ -221,7 +219,7 @@ fn best_of(fits: &[Joint]) -> &Joint {
 pub fn errors(joint: &Joint, records: &[Record]) -> Result<Vec<Errors>, InputError> {
     let simulated = file::simulated(joint);
     records
-        .iter()
+        .par_iter()
         .map(|record| {
             let one = std::slice::from_ref(record);
             let rest = joint.model.left_over(one, &joint.fit.at)?;
@@ -238,7 +236,7 @@ pub fn errors(joint: &Joint, records: &[Record]) -> Result<Vec<Errors>, InputErr
                 log: record.name.clone(),
                 effort_nm,
                 relative: effort_nm / rms(effort).max(f64::MIN_POSITIVE),
-                windowed_rad: windowed(&simulated, one)?,
+                windowed_rad: windowed(&simulated, record)?,
                 free_rad: rms(free.iter().zip(&measured).map(|(s, m)| s - m)),
             })
         })

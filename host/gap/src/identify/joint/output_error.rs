@@ -8,6 +8,7 @@ use crate::error::InputError;
 use crate::inverse::Record;
 use crate::signal::rms;
 use bristle_plant::axis::Axis;
+use rayon::prelude::*;
 
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 0.5;
@@ -32,30 +33,31 @@ fn axis(
         .starting_at(at_rad, velocity))
 }
 
-/// Root-mean-square of the windowed output error of all records, rad; none where no stretch holds a window.
+/// Root-mean-square of the windowed output error of a record, rad; none where no stretch holds a window.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-pub fn windowed(believed: &Believed, records: &[Record]) -> Result<Option<f64>, InputError> {
-    let mut errors = Vec::new();
-    for record in records {
-        let length = (WINDOW_S / record.step_s) as usize;
-        let lead = (LEAD_S / record.step_s) as usize;
-        for stretch in &record.stretches {
-            let mut first = lead;
-            while first + length < stretch.position_rad.len() {
-                let run = |nudge: [f64; 2]| window(believed, record, stretch, first, length, nudge);
-                let base = run([0.0; 2])?;
-                let step = [
-                    record.rad_per_count.max(1e-9),
-                    record.rad_per_count.max(1e-9) / LEAD_S,
-                ];
-                let moved = [run([step[0], 0.0])?, run([0.0, step[1]])?];
-                errors.extend(without_start(&base, &moved));
-                first += length;
-            }
-        }
+pub fn windowed(believed: &Believed, record: &Record) -> Result<Option<f64>, InputError> {
+    let length = (WINDOW_S / record.step_s) as usize;
+    let lead = (LEAD_S / record.step_s) as usize;
+    let mut windows = Vec::new();
+    for stretch in &record.stretches {
+        let last = stretch.position_rad.len().saturating_sub(length);
+        windows.extend((lead..last).step_by(length).map(|first| (stretch, first)));
     }
+    let errors = windows
+        .into_par_iter()
+        .map(|(stretch, first)| {
+            let run = |nudge: [f64; 2]| window(believed, record, stretch, first, length, nudge);
+            let step = [
+                record.rad_per_count.max(1e-9),
+                record.rad_per_count.max(1e-9) / LEAD_S,
+            ];
+            let moved = [run([step[0], 0.0])?, run([0.0, step[1]])?];
+            Ok(without_start(&run([0.0; 2])?, &moved))
+        })
+        .collect::<Result<Vec<_>, InputError>>()?
+        .concat();
     let finite = errors.iter().all(|e| e.is_finite());
     Ok((finite && !errors.is_empty()).then(|| rms(errors)))
 }
