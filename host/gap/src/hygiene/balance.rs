@@ -63,6 +63,9 @@ pub struct Skew {
 const FACTORS: [f64; 10] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 50.0, 100.0];
 /// Standard errors from zero before a sign counts.
 const SIGNIFICANT: f64 = 5.0;
+/// Up to so many times the Stribeck velocity friction falls with speed, which takes inertia away as a factor would: at twice it a
+/// Gaussian has fallen to a fiftieth.
+const FALLS: f64 = 2.0;
 /// A balance that explains less says nothing.
 const EXPLAINS: f64 = 0.5;
 
@@ -261,6 +264,10 @@ fn wrong_scale(axis: &AxisFile, balance: &Balance, mean_speed: f64, out: &mut Hy
         .min_by(|a, b| (a / factor).ln().abs().total_cmp(&(b / factor).ln().abs()))
         .unwrap_or(1.0);
     if !(0.85..=1.15).contains(&(factor / nearest)) {
+        return;
+    }
+    let stribeck = axis.friction.stribeck_velocity.unwrap_or(0.0);
+    if mean_speed / nearest < FALLS * stribeck {
         return;
     }
     // Coulomb friction must be where the axis file has it: otherwise the file is of another axis.
