@@ -241,6 +241,24 @@ impl Noise {
         (sum / f64::max(weight, 1.0)).exp()
     }
 
+    /// The same over some regimes as a ratio of root-mean-squares: it shows a rest that only few independent moments have.
+    pub fn rms_times_open(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
+        let squares = self.mean_squares(nodes, left_over);
+        let (mut rest, mut open) = (0.0, 0.0);
+        for (groups, squares) in self.groups.iter().zip(&squares) {
+            for &regime in regimes {
+                let (group, square) = (&groups[regime as usize], squares[regime as usize]);
+                rest += group.nodes as f64 * square;
+                open += group.nodes as f64 * group.open_nm.powi(2);
+            }
+        }
+        if open > 0.0 {
+            (rest / open).sqrt().max(1.0)
+        } else {
+            1.0
+        }
+    }
+
     /// The noise about a node.
     pub fn group(&self, node: &Node) -> &Group {
         &self.groups[node.record][node.regime as usize]
@@ -389,4 +407,47 @@ fn correlation(members: &[(usize, f64)], regime: Regime) -> f64 {
         factor += 2.0 * correlation;
     }
     factor
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_few_independent_moments_have_shows_in_the_rms() {
+        let group = |nodes, independent| Group {
+            nodes,
+            independent,
+            open_nm: 1.0,
+            ..Group::default()
+        };
+        // 100 nodes in presliding, as independent as they are many, and 300 of sliding that say the same 60 times over.
+        let noise = Noise {
+            groups: vec![[Group::default(), group(100, 100.0), group(300, 5.0)]],
+        };
+        let nodes: Vec<Node> = (0..400)
+            .map(|sample| Node {
+                record: 0,
+                stretch: 0,
+                sample,
+                regime: if sample < 100 {
+                    Regime::Low
+                } else {
+                    Regime::Sliding
+                },
+                excluded: false,
+                fold: 0,
+            })
+            .collect();
+        let rest: Vec<f64> = nodes
+            .iter()
+            .map(|node| f64::from(3 * u8::from(node.regime == Regime::Sliding)))
+            .collect();
+        let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-12, "{found}");
+        near(noise.times_open(&nodes, &rest), 3_f64.powf(5.0 / 105.0));
+        near(noise.rms_times_open(&nodes, &rest, &[Regime::Sliding]), 3.0);
+        let both = noise.rms_times_open(&nodes, &rest, &[Regime::Low, Regime::Sliding]);
+        near(both, (2700.0_f64 / 400.0).sqrt());
+        near(noise.rms_times_open(&nodes, &rest, &[Regime::Low]), 1.0);
+    }
 }
