@@ -176,8 +176,11 @@ pub fn verdict(search: &Search) -> Verdict {
         gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains)
     });
     // What is not accused explains nothing.
-    let unexplained = if accused { best } else { base };
-    let unexplained_times = times(&unexplained.held_out);
+    let (unexplained, unexplained_times) = if accused {
+        (best, left_times)
+    } else {
+        (base, base_times)
+    };
     let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
     let much = unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING;
     let left_unknown = much && explained <= SHARE && !shown;

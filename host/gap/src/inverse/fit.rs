@@ -68,9 +68,7 @@ pub fn fit_alone(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    let none = DMatrix::zeros(0, 0);
-    let problem = Problem::new(model, records, weights, start, &none)?.settled(STANDS_STILL);
-    Ok(problem.into_fit(DMatrix::zeros(0, 0)))
+    fit_until(STANDS_STILL, model, records, weights, start)
 }
 
 /// As [`fit_alone`], no further than a start takes to show what it promises.
@@ -83,8 +81,18 @@ pub fn fit_roughly(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
+    fit_until(PROMISES, model, records, weights, start)
+}
+
+fn fit_until(
+    cost_stands_still: f64,
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+) -> Result<Fit, InputError> {
     let none = DMatrix::zeros(0, 0);
-    let problem = Problem::new(model, records, weights, start, &none)?.settled(PROMISES);
+    let problem = Problem::new(model, records, weights, start, &none)?.settled(cost_stands_still);
     Ok(problem.into_fit(DMatrix::zeros(0, 0)))
 }
 
