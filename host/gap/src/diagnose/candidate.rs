@@ -26,6 +26,8 @@ pub struct Start {
     pub phases: Vec<f64>,
     /// Expected fall of the sum of squares.
     pub gain: f64,
+    /// Expected in proportion to what another size does.
+    pub guessed: bool,
 }
 
 /// What all candidates are laid against: a fitted model and its weighted rest.

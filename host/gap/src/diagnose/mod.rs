@@ -12,6 +12,7 @@ mod lost;
 mod maps;
 mod next;
 mod null;
+mod play;
 mod regime;
 mod report;
 mod reproduce;

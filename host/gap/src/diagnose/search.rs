@@ -5,6 +5,7 @@ use super::candidate::{Background, Start};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, foremost, of_noise};
 use super::likelihood::{Noise, Own};
 use super::null::{Null, nulls};
+use super::play;
 use super::regime::{Node, nodes};
 use super::signature;
 use super::verdict::{ACCUSES, leaves_room};
@@ -202,17 +203,19 @@ pub fn search(
         }
     }
     // And with an effect it does no worse than without.
+    let no_worse = |with: &Model, kept: Fit, without: &Fit| -> Result<Fit, InputError> {
+        if kept.cost <= without.cost {
+            return Ok(kept);
+        }
+        let mut start = without.at.clone();
+        start.extend(&kept.at[start.len()..]);
+        let other = fit(with, &records, &weights, start)?;
+        Ok(if other.cost < kept.cost { other } else { kept })
+    };
     tried = tried
         .into_par_iter()
         .map(|(added, with, kept)| {
-            let kept = if kept.cost > fitted.cost {
-                let mut start = fitted.at.clone();
-                start.extend(&kept.at[start.len()..]);
-                let other = fit(&with, &records, &weights, start)?;
-                if other.cost < kept.cost { other } else { kept }
-            } else {
-                kept
-            };
+            let kept = no_worse(&with, kept, &fitted)?;
             Ok((added, with, kept))
         })
         .collect::<Result<Vec<_>, InputError>>()?;
@@ -267,6 +270,7 @@ pub fn search(
                 let mut added = from.added.clone();
                 added.push(entry);
                 let fit = fit_at(&model, &records, &weights, fit.at)?;
+                let fit = no_worse(&model, fit, &ground.fit)?;
                 let both = score(added, model, fit)?;
                 Ok(if of_noise(&from) {
                     both.beside_noise(&from, &base)
@@ -418,5 +422,7 @@ pub(super) fn fit_best(
                 .map(|(model, fit)| (*entry, model, fit)))
         })
         .collect();
-    Ok(fits?.into_iter().flatten().collect())
+    let mut found = fits?.into_iter().flatten().collect();
+    play::try_about_coupling(background, screened, &mut found)?;
+    Ok(found)
 }

@@ -21,6 +21,8 @@ const MOST_STARTS: usize = 45;
 const IN_PROPORTION: f64 = 3.0;
 /// A gain as tried is preferred to one in proportion if it is this part of it.
 const CERTAIN: f64 = 0.5;
+/// So many starts of an effect are tried as they are before it is believed what they promise.
+const CONFIRMED: usize = 8;
 /// Moments from which something may be different for good; a fit cannot move them.
 const STARTS_OF_CHANGE: usize = 16;
 /// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
@@ -59,6 +61,7 @@ impl Background<'_> {
             .collect();
         starts.extend(of_grid);
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        self.confirm(entry, &mut starts);
         if let Some(best) = starts.first_mut() {
             for (place, parameter) in entry.parameters.iter().enumerate() {
                 if let Some(reach) = self.between_moments(parameter.kind) {
@@ -67,6 +70,25 @@ impl Background<'_> {
             }
         }
         starts
+    }
+
+    /// Takes the best starts that were scaled to a guess at what they do as they are, and sorts anew.
+    fn confirm(&self, entry: &'static Entry, starts: &mut [Start]) {
+        let most = starts.len().min(CONFIRMED);
+        starts[..most].par_iter_mut().for_each(|start| {
+            if start.guessed {
+                start.gain = self
+                    .change(entry, &start.values)
+                    .map_or(f64::NEG_INFINITY, |change| self.gain(&self.beyond(&change)));
+                start.guessed = false;
+            }
+        });
+        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    }
+
+    /// Fall of the sum of squares by a change.
+    fn gain(&self, change: &DVector<f64>) -> f64 {
+        -2.0 * change.dot(&self.rest()) - change.norm_squared()
     }
 
     /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
@@ -231,10 +253,12 @@ impl Background<'_> {
                 values[size] = scaled;
             }
         }
+        let gain = gain(factor);
         Some(Start {
             values,
             phases: Vec::new(),
-            gain: gain(factor).max(promised),
+            gain: gain.max(promised),
+            guessed: factor != 1.0 && gain > promised,
         })
     }
 
@@ -266,6 +290,7 @@ impl Background<'_> {
             values,
             phases: Vec::new(),
             gain,
+            guessed: false,
         })
     }
 
@@ -358,6 +383,7 @@ impl Background<'_> {
             values,
             phases,
             gain,
+            guessed: false,
         })
     }
 }

@@ -11,6 +11,8 @@ use bristle_plant::effect::{self, Kind, Scale};
 const COUNTS_TO_SEE_PRESLIDING: f64 = 2.0;
 /// The recorder's effort and position may lie apart by this part of a sample; more is a delay of the axis.
 const MOST_SKEW_SAMPLES: f64 = 0.1;
+/// Where an axis file knows no fall of friction with speed, one is looked for about this part of the top speed.
+const FALLS_AT: f64 = 0.02;
 
 impl Model {
     /// The simulator with its own parameters free, about what is believed. `doubt` is the standard deviation of a
@@ -156,13 +158,18 @@ pub fn scale(believed: &Believed, records: &[Record]) -> Scale {
             .fold(0.0, |most: f64, x| most.max(x.abs()))
     };
     let positions = || stretches().flat_map(|stretch| stretch.position_rad.iter().copied());
+    let top_speed_rad_s = most(|stretch| &stretch.velocity_rad_s);
     Scale {
         unit: believed.unit,
         coulomb_nm: believed.coulomb_nm,
         inertia_kg_m2: believed.whole_inertia_kg_m2(),
-        stribeck_velocity_rad_s: believed.stribeck_velocity_rad_s,
+        stribeck_velocity_rad_s: if believed.stiction_nm > believed.coulomb_nm {
+            believed.stribeck_velocity_rad_s
+        } else {
+            FALLS_AT * top_speed_rad_s
+        },
         z_ss_rad: believed.coulomb_nm / believed.stiffness_nm_rad,
-        top_speed_rad_s: most(|stretch| &stretch.velocity_rad_s),
+        top_speed_rad_s,
         top_torque_nm: most(|stretch| &stretch.effort_nm),
         lowest_rad: positions().fold(f64::INFINITY, f64::min),
         highest_rad: positions().fold(f64::NEG_INFINITY, f64::max),

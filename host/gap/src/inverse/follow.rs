@@ -138,6 +138,7 @@ pub fn left_over(
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
+    let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
     let mut drive = Drive::new(running.drive);
     let keeps = drive.keeps(step_s);
     let mut contact = Affected::new(Box::new(HalfWay(contact)), &running.effects);
@@ -195,8 +196,11 @@ pub fn left_over(
             share *= effect.inertia(&now);
         }
         let accelerates_nm = share * inertia * acceleration;
+        let motor_rad_s2 = edge_rad_s
+            .as_ref()
+            .map_or(acceleration, |v| (v[k + 1] - v[k]) / step_s);
         if let Some(load) = load.as_mut().filter(|_| on_motor) {
-            torque -= load.advance(&now, |_, _| 0.0);
+            torque -= load.advance(&now, motor_rad_s2, |_, _| 0.0);
             now.motion.load_position_rad = position_rad;
             now.motion.load_velocity_rad_s = v;
         }
@@ -210,7 +214,7 @@ pub fn left_over(
             }
             changed(&mut running.effects, &now, own_nm)
         } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
-            load.advance(&now, |now, applied_nm| {
+            load.advance(&now, motor_rad_s2, |now, applied_nm| {
                 contact.step(&mut running.effects, now, applied_nm)
             })
         } else {
@@ -224,6 +228,18 @@ pub fn left_over(
         }
     }
     record.kernel.apply(&mut nodes, out);
+}
+
+/// Velocity at each sample of a motion that goes so far between samples, by cubic interpolation of that; where there is no room,
+/// as it is. A load behind a spring resonates within few samples, over which the mean of two intervals is flattened.
+fn at_edges(smooth_rad: &[f64], velocity_rad_s: &[f64], step_s: f64) -> Vec<f64> {
+    let mut edges = velocity_rad_s.to_vec();
+    for k in 2..smooth_rad.len().saturating_sub(2) {
+        let near = smooth_rad[k + 1] - smooth_rad[k - 1];
+        let far = smooth_rad[k + 2] - smooth_rad[k - 2];
+        edges[k] = (8.0 * near - far) / (12.0 * step_s);
+    }
+    edges
 }
 
 /// Where the sensor would have to be for its effects to show what was recorded.
@@ -332,8 +348,12 @@ impl Load {
 
     /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
     /// load as the motor accelerates: the balance counts that as measured.
-    fn advance(&mut self, now: &Instant, mut friction: impl FnMut(&Instant, f64) -> f64) -> f64 {
-        let motor_rad_s2 = now.acceleration_rad_s2;
+    fn advance(
+        &mut self,
+        now: &Instant,
+        motor_rad_s2: f64,
+        mut friction: impl FnMut(&Instant, f64) -> f64,
+    ) -> f64 {
         let mut now = *now;
         now.step_s = self.dt_s;
         let half = 0.5 * self.coupling.gap_rad;

@@ -31,6 +31,9 @@ impl Effect for Compliance {
     }
 }
 
+/// Waves a sample up to which a resonance shows: half as fast as could be sampled.
+const SHOWN: f64 = 0.25;
+
 /// Compliance of two equal halves that resonate at a frequency.
 fn compliance_rad_nm(scale: &Scale, hz: f64) -> f64 {
     1.0 / (Coupling::reduced_kg_m2(scale.inertia_kg_m2, 0.5) * (TAU * hz).powi(2))
@@ -44,9 +47,10 @@ pub(super) const ENTRY: Entry = Entry {
             ["compliance_rad_nm", "compliance_m_n"],
             Kind::Size,
             |scale| {
+                let most_hz = 300_f64.min(SHOWN / scale.sample_time_s);
                 [
-                    compliance_rad_nm(scale, 300.0),
-                    compliance_rad_nm(scale, 20.0),
+                    compliance_rad_nm(scale, most_hz),
+                    compliance_rad_nm(scale, 20_f64.min(most_hz / 5.0)),
                 ]
             },
         ),
