@@ -43,7 +43,9 @@ pub(super) fn try_about_coupling(
     let best = starts(background, play, with, coupled)
         .into_par_iter()
         .map(|start| {
-            let model = background.with(play, &start);
+            let mut model = background.with(play, &start);
+            // Both are read alike.
+            model.scales_effort = with.scales_effort;
             let mut at = own.to_vec();
             at.extend(model.start().into_iter().skip(at.len()));
             let left_over = model.left_over(background.records, &at)?;
