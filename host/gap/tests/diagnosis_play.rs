@@ -27,13 +27,8 @@ fn named(id: &str, values: &[(&str, f64)]) -> (Vec<String>, f64) {
     let diagnosis = diagnosed(&axis, &logs, &[PLAY, COUPLING, "friction.lag"]).diagnosis;
     assert_eq!(diagnosis.verdict.kind, Kind::Effect);
     let found = &diagnosis.candidates[0].parameters;
-    let size = if id == PLAY {
-        "gap_m"
-    } else {
-        "compliance_m_n"
-    };
     println!("{:?} {found:?}", diagnosis.verdict.effects);
-    (diagnosis.verdict.effects, found[size])
+    (diagnosis.verdict.effects, found[values[0].0])
 }
 
 #[test]

@@ -74,21 +74,19 @@ impl Background<'_> {
 
     /// Takes the best starts that were scaled to a guess at what they do as they are, and sorts anew.
     fn confirm(&self, entry: &'static Entry, starts: &mut [Start]) {
+        let rest = self.rest();
         let most = starts.len().min(CONFIRMED);
         starts[..most].par_iter_mut().for_each(|start| {
             if start.guessed {
-                start.gain = self
-                    .change(entry, &start.values)
-                    .map_or(f64::NEG_INFINITY, |change| self.gain(&self.beyond(&change)));
+                let change = self.change(entry, &start.values);
+                start.gain = change.map_or(f64::NEG_INFINITY, |change| {
+                    let change = self.beyond(&change);
+                    -2.0 * change.dot(&rest) - change.norm_squared()
+                });
                 start.guessed = false;
             }
         });
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    }
-
-    /// Fall of the sum of squares by a change.
-    fn gain(&self, change: &DVector<f64>) -> f64 {
-        -2.0 * change.dot(&self.rest()) - change.norm_squared()
     }
 
     /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
