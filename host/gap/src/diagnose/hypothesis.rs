@@ -1,10 +1,10 @@
 //! The simulator, perhaps with effects: fitted, and judged by what it leaves over on data that took no part.
 
+use super::accuse::ACCUSES;
 use super::candidate::cuts;
 use super::held_out::held_out;
 use super::likelihood::Noise;
 use super::regime::Node;
-use super::verdict::ACCUSES;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, Record, fit_at};
 use bristle_plant::effect::Entry;
@@ -40,7 +40,12 @@ impl Hypothesis {
         self.score = noise.log_density(nodes, &self.held_out) + self.log_belief;
     }
 
-    /// The same beside noise that takes as much off it as off the base.
+    /// The score where a rest below what is open counts, too.
+    pub(super) fn score_of_all(&self, noise: &Noise, nodes: &[Node]) -> f64 {
+        noise.log_density_of_all(nodes, &self.held_out) + self.log_belief
+    }
+
+    /// This beside noise that takes as much off it as off the base.
     pub(super) fn beside_noise(mut self, noise: &Self, base: &Self) -> Self {
         let square = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>();
         let part = (square(&noise.held_out) / square(&base.held_out)).sqrt();

@@ -282,16 +282,29 @@ impl Noise {
     /// Logarithm of the density of a rest while the axis moves, but for a constant that all rests of the same nodes share.
     /// At rest it says how far the bristles are bent, which the encoder tells too little of. Each group's
     /// spread is its own best one above the floor, so that no one has to know how large a model's error is.
+    /// Below what is open a rest is as good as it can be: less follows the method's own error.
     pub fn log_density(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
+        self.log_density_above(nodes, left_over, |group| group.open_nm)
+    }
+
+    /// The same where a rest below what is open counts, too.
+    pub fn log_density_of_all(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
+        self.log_density_above(nodes, left_over, |_| 0.0)
+    }
+
+    fn log_density_above(
+        &self,
+        nodes: &[Node],
+        left_over: &[f64],
+        least_nm: impl Fn(&Group) -> f64,
+    ) -> f64 {
         let squares = self.mean_squares(nodes, left_over);
         let mut sum = 0.0;
         for (groups, squares) in self.groups.iter().zip(&squares) {
             for regime in [Regime::Low, Regime::Sliding] {
                 let (group, square) = (&groups[regime as usize], squares[regime as usize]);
                 if group.nodes > 0 {
-                    let open = group.open_nm * group.open_nm;
-                    // Below what is open a rest is as good as it can be: less follows the method's own error.
-                    let mean = square.max(open);
+                    let mean = square.max(least_nm(group).powi(2));
                     let spread = mean + group.discrepancy_nm.powi(2);
                     sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
                 }

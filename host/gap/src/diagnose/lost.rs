@@ -2,10 +2,10 @@
 //! taken out before anything is fitted. What they would leave over speaks for the effect, and every other effect is
 //! judged beside it.
 
+use super::accuse::ACCUSES;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::regime::nodes;
 use super::search::{BESIDE, Search};
-use super::verdict::ACCUSES;
 use crate::error::InputError;
 use crate::hygiene::Jump;
 use crate::inverse::{Added, Record};

@@ -1,5 +1,6 @@
 //! The gap: where it lies, which effect causes it, how far it shrinks.
 
+mod accuse;
 mod apply;
 mod candidate;
 mod closed;

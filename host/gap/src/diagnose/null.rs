@@ -17,6 +17,8 @@ pub struct Null {
     pub id: &'static str,
     /// Gain of the held-out score, nats.
     pub nats: f64,
+    /// The same where a rest below what is open counts, too.
+    pub nats_of_all: f64,
     /// Times of what is open that are left without and with it.
     pub times: [f64; 2],
 }
@@ -65,6 +67,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         .map(|entry| Null {
             id: entry.id,
             nats: 0.0,
+            nats_of_all: 0.0,
             times: [before, before],
         })
         .collect();
@@ -73,6 +76,8 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         let with = judge.hypothesis(vec![entry], model, fit)?;
         if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {
             null.nats = with.score - without.score;
+            null.nats_of_all =
+                with.score_of_all(&noise, &nodes) - without.score_of_all(&noise, &nodes);
             null.times[1] = times(&with);
         }
     }

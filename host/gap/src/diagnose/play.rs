@@ -18,6 +18,11 @@ const STIFFER: [f64; 4] = [1.0, 1.2, 1.5, 2.0];
 /// is what a coupling without a play leaves over by the method's own error.
 const BRINGS: (f64, f64) = (16.0, 0.1);
 
+/// Whether an effect puts a load behind a spring.
+pub(super) fn springs(entry: &Entry) -> bool {
+    [COUPLING, PLAY].contains(&entry.id)
+}
+
 /// Tries the play among `screened` about the coupling among `found`, and puts it there where it does better than the
 /// coupling, and than the play that was found.
 ///

@@ -1,5 +1,6 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
+use super::accuse::{ACCUSES, gains_below_open, leaves_room};
 use super::apply::axis_at;
 use super::candidate::{Background, Start};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, foremost, of_noise};
@@ -8,7 +9,6 @@ use super::null::{Null, nulls};
 use super::play;
 use super::regime::{Node, nodes};
 use super::signature;
-use super::verdict::{ACCUSES, leaves_room};
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::{self, Fit, Model, Owner, Record, fit, fit_at, fit_near, has_bristles, scale};
@@ -81,6 +81,12 @@ impl Search {
     /// The hypothesis of an effect alone.
     pub(super) fn alone(&self, id: &str) -> Option<&Hypothesis> {
         self.single.iter().find(|h| h.added[0].id == id)
+    }
+
+    /// Squares of what a hypothesis leaves over of data that took no part, as a fit weighs them.
+    pub(super) fn weighted_squares(&self, hypothesis: &Hypothesis) -> f64 {
+        let rest = hypothesis.held_out.iter().zip(&self.weights);
+        rest.map(|(r, w)| (r * w).powi(2)).sum()
     }
 
     /// What an effect gains where it is not, if that was asked.
@@ -250,7 +256,7 @@ pub fn search(
     let mut several: Vec<Hypothesis> = Vec::new();
     let mut best = foremost(&single, &base).cloned();
     for _ in 1..MOST_EFFECTS {
-        let room = |h: &Hypothesis| leaves_room(&noise, &nodes, &base.held_out, &h.held_out);
+        let room = |h: &Hypothesis| leaves_room(&noise, &nodes, &h.held_out);
         let Some(from) = best.take().filter(room) else {
             break;
         };
@@ -307,13 +313,25 @@ pub fn search(
         shown: None,
     };
     let gains = |h: &&Hypothesis| h.score - search.base.score > ACCUSES && !of_noise(h);
-    let accusable: Vec<&'static Entry> = search
+    let mut accusable: Vec<&'static Entry> = search
         .single
         .iter()
         .take(NULLS)
         .filter(gains)
         .map(|h| h.added[0])
         .collect();
+    let mut below_open: Vec<(&Hypothesis, f64)> = search
+        .single
+        .iter()
+        .filter_map(|h| Some((h, gains_below_open(&search, h)?)))
+        .collect();
+    below_open.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (hypothesis, _) in below_open.into_iter().take(NULLS) {
+        let entry = hypothesis.added[0];
+        if accusable.iter().all(|known| known.id != entry.id) {
+            accusable.push(entry);
+        }
+    }
     // A simulator that diverges has no null.
     search.nulls = nulls(&search, &accusable).unwrap_or_default();
     progress(1.0);

@@ -5,11 +5,13 @@
 //! method knows least of. What an effect explains is a share of the logarithm of that. A rest of few moments hardly moves that
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
+use super::accuse::{
+    ACCUSES, MATTERS, OF_MOMENTS, SHARE, TIES, below_open, choose, contribution, explained,
+};
 use super::closed::closed_over;
 use super::held_out::spreads;
-use super::hypothesis::{Hypothesis, NOISE_ONLY, foremost, of_noise};
-use super::likelihood::Noise;
-use super::regime::{Node, Regime};
+use super::hypothesis::{Hypothesis, of_noise};
+use super::regime::Regime;
 use super::search::Search;
 use crate::inverse::{Own, Owner};
 use serde::Serialize;
@@ -70,30 +72,8 @@ pub struct Verdict {
     pub left_times: f64,
 }
 
-/// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
-/// opened cases those that were there gained 36 or more, one that was not 12.
-pub(super) const ACCUSES: f64 = 20.0;
-/// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
-/// error leaves to it.
-const MATTERS: f64 = 0.4;
 /// The same for a change of the simulator's own parameters.
 const MOVE_MATTERS: f64 = 0.5;
-/// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
-const SHARE: f64 = 0.25;
-/// Share of a gap of few moments, in the ratio of root-mean-squares, that an effect must explain where the geometric mean hardly
-/// shows the gap: opened cases with such an effect were at 0.89 and more, those without one at 0.68 at most.
-const OF_MOMENTS: f64 = 0.8;
-/// A second effect must explain this much more of the gap, and take away this many more times of what is open: less is
-/// what a model's own error leaves to it.
-const SECOND: (f64, f64) = (0.12, 0.5);
-/// Of several effects each must take away alone this part of what it does beside the first one.
-const ALONE: f64 = 0.35;
-/// Fewer times of what is open are nothing.
-const COMPLETE: f64 = 1.05;
-/// Shares of the gap that two effects explain alone add up to no more than this part of what both explain.
-const OVERLAPS: f64 = 1.15;
-/// Nats, and part of the best one's gain, within which two hypotheses tie.
-const TIES: (f64, f64) = (8.0, 0.002);
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases
@@ -108,6 +88,7 @@ const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
 const EFFECT_IS: (f64, f64) = (-1.0, 3.2);
 /// The same of the answers that have no such measure.
 const EFFECTS_ARE: f64 = 0.6;
+const SMALL_IS: f64 = 0.7;
 const NONE_IS: f64 = 0.8;
 const PARAMETERS_ARE: f64 = 0.3;
 const NOISE_IS: f64 = 0.85;
@@ -129,7 +110,6 @@ pub fn verdict(search: &Search) -> Verdict {
     let chosen = choose(search);
     let gain = chosen.map_or(0.0, |h| h.score - base.score);
     let (floor, before) = search.noise.rms(&search.nodes, &base.held_out);
-    let after = chosen.map_or(before, |h| search.noise.rms(&search.nodes, &h.held_out).1);
     let best = chosen.unwrap_or(base);
     let times = |left_over: &[f64]| search.noise.times_open(&search.nodes, left_over);
     let [base_times, left_times] = [&base.held_out, &best.held_out].map(|rest| times(rest));
@@ -184,9 +164,20 @@ pub fn verdict(search: &Search) -> Verdict {
     let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
     let much = unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING;
     let left_unknown = much && explained <= SHARE && !shown;
+    let small = if accused || much {
+        Vec::new()
+    } else {
+        below_open(search)
+    };
+    let best = small.first().copied().unwrap_or(best);
+    let after = search.noise.rms(&search.nodes, &best.held_out).1;
 
     let (kind, named) = if left_unknown {
         (Kind::Unknown, Vec::new())
+    } else if !small.is_empty() {
+        let named = |(_, h): &(usize, &Hypothesis)| small.iter().any(|s| s.ids() == h.ids());
+        let named = ranked.iter().enumerate().filter(named);
+        (one_of(small.len()), named.map(|(place, _)| place).collect())
     } else if !accused {
         let kind = if moved_matters {
             Kind::Parameters
@@ -209,12 +200,7 @@ pub fn verdict(search: &Search) -> Verdict {
             })
             .map(|(i, _)| i)
             .collect();
-        let kind = if tied.len() > 1 {
-            Kind::Ambiguous
-        } else {
-            Kind::Effect
-        };
-        (kind, tied)
+        (one_of(tied.len()), tied)
     };
     let probability = match kind {
         Kind::Unknown => {
@@ -223,6 +209,7 @@ pub fn verdict(search: &Search) -> Verdict {
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
         Kind::Effects => EFFECTS_ARE,
+        _ if !small.is_empty() => SMALL_IS,
         _ if shown || of_noise(best) => NOISE_IS,
         _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
     };
@@ -305,67 +292,17 @@ pub fn verdict(search: &Search) -> Verdict {
     }
 }
 
+/// One of so many effects.
+fn one_of(effects: usize) -> Kind {
+    if effects > 1 {
+        Kind::Ambiguous
+    } else {
+        Kind::Effect
+    }
+}
+
 fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
-}
-
-/// The best single effect, or the best pair if it is worth its second effect.
-fn choose(search: &Search) -> Option<&Hypothesis> {
-    let holds = |h: &&Hypothesis| search.shown.is_none_or(|id| h.ids().contains(&id));
-    let single = match search.shown {
-        Some(_) => search.single.iter().find(holds),
-        None => foremost(&search.single, &search.base),
-    }?;
-    let Some(pair) = search.several.iter().find(holds) else {
-        return Some(single);
-    };
-    let times = |h: &Hypothesis| search.noise.times_open(&search.nodes, &h.held_out);
-    let before = times(&search.base);
-    let share = |h: &Hypothesis| explained(before, times(h));
-    let beside = contribution(times(single), times(pair));
-    let shown = |id: &str| NOISE_ONLY.contains(&id) || search.shown == Some(id);
-    // Each must explain something by itself: what only helps another one stands for that one's error. Unless nothing is left.
-    let alone = |id: &str| {
-        shown(id)
-            || search
-                .alone(id)
-                .is_some_and(|h| contribution(before, times(h)) > ALONE * beside)
-    };
-    let complete = times(pair) < COMPLETE;
-    // Two that each explain what the other does are one effect in two forms.
-    let parts: f64 = pair
-        .ids()
-        .into_iter()
-        .filter_map(|id| search.alone(id))
-        .map(share)
-        .sum();
-    let overlap = parts > OVERLAPS * share(pair) && !pair.ids().into_iter().any(shown);
-    let worth = pair.score - single.score > ACCUSES
-        && beside > SECOND.1
-        && share(pair) - share(single) > SECOND.0
-        && (complete || pair.ids().into_iter().all(alone))
-        && !overlap;
-    Some(if worth { pair } else { single })
-}
-
-/// Whether beside an effect enough is left of the gap for a second one to be believed.
-pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], base: &[f64], single: &[f64]) -> bool {
-    let [before, left] = [base, single].map(|rest| noise.times_open(nodes, rest));
-    contribution(left, 1.0) > SECOND.1 && 1.0 - explained(before, left) > SECOND.0
-}
-
-/// What was taken away, were it independent of what is left.
-fn contribution(before: f64, after: f64) -> f64 {
-    (before * before - after * after).max(0.0).sqrt()
-}
-
-/// Share of the gap that was taken away, both in times of what is open.
-fn explained(before: f64, after: f64) -> f64 {
-    if before <= 1.0 {
-        1.0
-    } else {
-        (1.0 - after.ln() / before.ln()).clamp(0.0, 1.0)
-    }
 }
 
 fn moved(search: &Search) -> Vec<(String, f64, f64, f64)> {

@@ -1,0 +1,107 @@
+//! Which hypothesis is worth the effects that it adds.
+
+use super::hypothesis::{Hypothesis, NOISE_ONLY, foremost, of_noise};
+use super::likelihood::Noise;
+use super::play::springs;
+use super::regime::Node;
+use super::search::Search;
+
+/// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
+/// opened cases those that were there gained 36 or more, one that was not 12.
+pub(super) const ACCUSES: f64 = 20.0;
+/// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
+/// error leaves to it.
+pub(super) const MATTERS: f64 = 0.4;
+/// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
+pub(super) const SHARE: f64 = 0.25;
+/// Share of a gap of few moments, in the ratio of root-mean-squares, that an effect must explain where the geometric mean hardly
+/// shows the gap: opened cases with such an effect were at 0.89 and more, those without one at 0.68 at most.
+pub(super) const OF_MOMENTS: f64 = 0.8;
+/// Nats that a second effect must gain beside the first, and part of the weighted squares that it must take away. In opened
+/// cases true ones were at 74 and 0.26 and more, but for four; false ones that overlap less at 55 or 0.17, but for one.
+const SECOND: (f64, f64) = (60.0, 0.25);
+/// Parts of the squares that two effects take away alone add up to no more times of what both take away: beyond it they are one
+/// effect in two forms. Those that were not there were at 1.45 and more, but for one; true ones at 1.23 at most.
+const OVERLAPS: f64 = 1.3;
+/// Times of what is open below which nothing is left for a second effect, were it independent.
+const ROOM: f64 = 0.25;
+/// Nats, and part of the best one's gain, within which two hypotheses tie.
+pub(super) const TIES: (f64, f64) = (8.0, 0.002);
+/// Nats that an effect must gain beyond its null, and part of the weighted squares that it must take away, to be accused of
+/// what lies below what is open. Opened cases without an effect were at 49 nats at most where they took away the tenth.
+const BELOW_OPEN: (f64, f64) = (70.0, 0.1);
+
+/// The best single effect, or the best pair if it is worth its second effect.
+pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
+    let holds = |h: &&Hypothesis| search.shown.is_none_or(|id| h.ids().contains(&id));
+    let single = match search.shown {
+        Some(_) => search.single.iter().find(holds),
+        None => foremost(&search.single, &search.base),
+    }?;
+    let Some(pair) = search.several.iter().find(holds) else {
+        return Some(single);
+    };
+    let before = search.weighted_squares(&search.base);
+    let taken = |h: &Hypothesis| before - search.weighted_squares(h);
+    let shown = |id: &str| NOISE_ONLY.contains(&id) || search.shown == Some(id);
+    let apart = pair.ids().into_iter().any(shown) || {
+        // What explains nothing by itself stands for the other one's error.
+        let alone = |id: &str| search.alone(id).map(taken).filter(|taken| *taken > 0.0);
+        let parts: Option<f64> = pair.ids().into_iter().map(alone).sum();
+        parts.is_some_and(|parts| parts < OVERLAPS * taken(pair))
+    };
+    let takes = taken(pair) - taken(single) > SECOND.1 * (before - taken(single));
+    let worth = pair.score - single.score > SECOND.0 && takes && apart;
+    Some(if worth { pair } else { single })
+}
+
+/// Whether beside an effect enough is left of the gap for a second one to be believed.
+pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
+    contribution(noise.times_open(nodes, single), 1.0) > ROOM
+}
+
+/// What was taken away, were it independent of what is left.
+pub(super) fn contribution(before: f64, after: f64) -> f64 {
+    (before * before - after * after).max(0.0).sqrt()
+}
+
+/// Share of the gap that was taken away, both in times of what is open.
+pub(super) fn explained(before: f64, after: f64) -> f64 {
+    if before <= 1.0 {
+        1.0
+    } else {
+        (1.0 - after.ln() / before.ln()).clamp(0.0, 1.0)
+    }
+}
+
+/// Nats that an effect gains where a rest below what is open counts, too, if its null would tell: a load behind a spring follows
+/// errors of the motion that a null does not have.
+pub(super) fn gains_below_open(search: &Search, hypothesis: &Hypothesis) -> Option<f64> {
+    let tells = |h: &Hypothesis| !of_noise(h) && !springs(h.added[0]);
+    let [score, base] =
+        [hypothesis, &search.base].map(|h| h.score_of_all(&search.noise, &search.nodes));
+    let [after, before] = [hypothesis, &search.base].map(|h| search.weighted_squares(h));
+    let nats = score - base;
+    let enough = nats > BELOW_OPEN.0 && after < (1.0 - BELOW_OPEN.1) * before;
+    (tells(hypothesis) && enough).then_some(nats)
+}
+
+/// The effects that explain best what lies below what is open, where any does so beyond what it gains where it is not.
+pub(super) fn below_open(search: &Search) -> Vec<&Hypothesis> {
+    let beyond_null = |h: &Hypothesis| {
+        let null = search.null(h.added[0].id)?;
+        let nats = gains_below_open(search, h)? - null.nats_of_all.max(0.0);
+        (nats > BELOW_OPEN.0).then_some(nats)
+    };
+    let mut found: Vec<(&Hypothesis, f64)> = search
+        .single
+        .iter()
+        .filter_map(|h| Some((h, beyond_null(h)?)))
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let limit = found
+        .first()
+        .map_or(0.0, |(_, best)| best - TIES.0.max(TIES.1 * best));
+    found.retain(|(_, nats)| *nats >= limit);
+    found.into_iter().map(|(h, _)| h).collect()
+}
