@@ -251,7 +251,11 @@ fn show(diagnosis: &Diagnosis) {
         ]);
     }
     output::print_words(&table);
-    output::print_words(&views(diagnosis));
+    output::print("\n");
+    if !diagnosis.reproduced.is_empty() {
+        output::print_words(&views(diagnosis));
+        output::print("\n");
+    }
     for region in diagnosis.located.regions.iter().take(4) {
         output::print(&format!(
             "where: {} {}: {:.0} % of the gap in {:.0} % of the time\n",

@@ -4,6 +4,7 @@
 use super::hypothesis::Hypothesis;
 use super::regime::{Node, Regime};
 use super::search::Search;
+use crate::report::short;
 use serde::Serialize;
 
 /// A part of the data and its share of the gap's square.
@@ -94,7 +95,7 @@ pub fn regions(search: &Search, best: Option<&Hypothesis>) -> Vec<Region> {
             let last = part + 1 == PARTS;
             add(
                 axis,
-                format!("{:.3e} to {:.3e} {unit}", edge(part), edge(part + 1)),
+                format!("{} to {} {unit}", short(edge(part)), short(edge(part + 1))),
                 &|i| values[i] >= edge(part) && (last || values[i] < edge(part + 1)),
             );
         }

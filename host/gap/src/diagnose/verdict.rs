@@ -6,7 +6,8 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{
-    ACCUSES, MATTERS, OF_MOMENTS, SHARE, TIES, below_open, choose, contribution, explained,
+    ACCUSES, MATTERS, OF_MOMENTS, SHARE, TIES, UNKNOWN, UNKNOWN_SLIDING, below_open, choose,
+    contribution, explained,
 };
 use super::closed::closed_over;
 use super::held_out::spreads;
@@ -76,12 +77,6 @@ pub struct Verdict {
 const MOVE_MATTERS: f64 = 0.5;
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
-/// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases
-/// with nothing but wrong parameters were left with 1.2 at most.
-const UNKNOWN: f64 = 1.4;
-/// The same of the ratio of root-mean-squares in sliding: those were left with 1.2 at most, those with an effect that no list has
-/// with 2.2 and more. Slower an axis creeps on bristles whose load the encoder does not tell.
-const UNKNOWN_SLIDING: f64 = 1.6;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
 const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
