@@ -23,8 +23,9 @@ const SECOND: (f64, f64) = (60.0, 0.25);
 /// Parts of the squares that two effects take away alone add up to no more times of what both take away: beyond it they are one
 /// effect in two forms. Those that were not there were at 1.45 and more, but for one; true ones at 1.23 at most.
 const OVERLAPS: f64 = 1.3;
-/// Times of what is open below which nothing is left for a second effect, were it independent.
-const ROOM: f64 = 0.25;
+/// Times of what is open below which no second effect is looked for: a search costs as much as the first one, and of five opened
+/// pairs that left less it found one.
+const ROOM: f64 = 0.5;
 /// Nats, and part of the best one's gain, within which two hypotheses tie.
 pub(super) const TIES: (f64, f64) = (8.0, 0.002);
 /// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases
