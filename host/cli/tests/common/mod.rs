@@ -2,16 +2,18 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
+use std::time::Duration;
 
+/// Time in which it is there, on machines that build beside.
+const PATIENCE: Duration = Duration::from_secs(60);
 /// Ports that are tried: one that was free may be taken by another test before the server listens.
 const PORTS: usize = 5;
 
 /// Ends with this value.
 pub struct Server {
     child: Child,
-    /// What it says; without a reader it could not.
-    _said: BufReader<ChildStdout>,
     /// HOST:PORT.
     pub address: String,
 }
@@ -34,19 +36,23 @@ impl Server {
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut said = BufReader::new(child.stdout.take().unwrap());
-        let mut line = String::new();
+        let said = BufReader::new(child.stdout.take().unwrap());
+        let (tell, told) = mpsc::channel();
+        // Reads on, so that the server can say what it likes.
+        std::thread::spawn(move || {
+            said.lines()
+                .map_while(Result::ok)
+                .try_for_each(|line| tell.send(line))
+        });
+        let server = Self { child, address };
         // It says so once it listens, or ends.
-        said.read_line(&mut line).unwrap();
-        if line.starts_with("serving ") {
-            Some(Self {
-                child,
-                _said: said,
-                address,
-            })
-        } else {
-            child.wait().unwrap();
-            None
+        match told.recv_timeout(PATIENCE) {
+            Ok(line) => {
+                assert!(line.starts_with("serving "), "{line}");
+                Some(server)
+            }
+            Err(mpsc::RecvTimeoutError::Disconnected) => None,
+            Err(mpsc::RecvTimeoutError::Timeout) => panic!("it neither listens nor ends"),
         }
     }
 }

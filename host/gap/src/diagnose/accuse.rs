@@ -81,32 +81,37 @@ pub(super) fn explained(before: f64, after: f64) -> f64 {
     }
 }
 
-/// Nats that an effect gains where a rest below what is open counts, too, if little is left above it and its null would tell: a
-/// load behind a spring follows errors of the motion that a null does not have.
-pub(super) fn gains_below_open(search: &Search, hypothesis: &Hypothesis) -> Option<f64> {
-    let left = search
-        .noise
-        .times_open(&search.nodes, &search.base.held_out);
-    let tells = left <= UNKNOWN && !of_noise(hypothesis) && !springs(hypothesis.added[0]);
-    let [score, base] =
-        [hypothesis, &search.base].map(|h| h.score_of_all(&search.noise, &search.nodes));
-    let [after, before] = [hypothesis, &search.base].map(|h| search.weighted_squares(h));
-    let nats = score - base;
-    let enough = nats > BELOW_OPEN.0 && after < (1.0 - BELOW_OPEN.1) * before;
-    (tells && enough).then_some(nats)
+/// What effects gain where a rest below what is open counts, too, in nats, best first: where little is left above it, and of those
+/// whose null would tell. A load behind a spring follows errors of the motion that a null does not have.
+pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
+    let (noise, nodes) = (&search.noise, &search.nodes);
+    if noise.times_open(nodes, &search.base.held_out) > UNKNOWN {
+        return Vec::new();
+    }
+    let base = search.base.score_of_all(noise, nodes);
+    let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
+    let tells = |h: &&Hypothesis| !of_noise(h) && !springs(h.added[0]);
+    let mut found: Vec<(&Hypothesis, f64)> = search
+        .single
+        .iter()
+        .filter(tells)
+        .map(|h| (h, h.score_of_all(noise, nodes) - base))
+        .filter(|(h, nats)| *nats > BELOW_OPEN.0 && search.weighted_squares(h) < most)
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found
 }
 
 /// The effects that explain best what lies below what is open, where any does so beyond what it gains where it is not.
 pub(super) fn below_open(search: &Search) -> Vec<&Hypothesis> {
-    let beyond_null = |h: &Hypothesis| {
-        let null = search.null(h.added[0].id)?;
-        let nats = gains_below_open(search, h)? - null.nats_of_all.max(0.0);
-        (nats > BELOW_OPEN.0).then_some(nats)
+    let beyond_null = |(h, nats): (_, f64)| {
+        let h: &Hypothesis = h;
+        let nats = nats - search.null(h.added[0].id)?.nats_of_all.max(0.0);
+        (nats > BELOW_OPEN.0).then_some((h, nats))
     };
-    let mut found: Vec<(&Hypothesis, f64)> = search
-        .single
-        .iter()
-        .filter_map(|h| Some((h, beyond_null(h)?)))
+    let mut found: Vec<(&Hypothesis, f64)> = gain_below_open(search)
+        .into_iter()
+        .filter_map(beyond_null)
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let limit = found

@@ -1,6 +1,6 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
-use super::accuse::{ACCUSES, gains_below_open, leaves_room};
+use super::accuse::{ACCUSES, gain_below_open, leaves_room};
 use super::apply::axis_at;
 use super::candidate::{Background, Start};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, foremost, of_noise};
@@ -320,13 +320,7 @@ pub fn search(
         .filter(gains)
         .map(|h| h.added[0])
         .collect();
-    let mut below_open: Vec<(&Hypothesis, f64)> = search
-        .single
-        .iter()
-        .filter_map(|h| Some((h, gains_below_open(&search, h)?)))
-        .collect();
-    below_open.sort_by(|a, b| b.1.total_cmp(&a.1));
-    for (hypothesis, _) in below_open.into_iter().take(NULLS) {
+    for (hypothesis, _) in gain_below_open(&search).into_iter().take(NULLS) {
         let entry = hypothesis.added[0];
         if accusable.iter().all(|known| known.id != entry.id) {
             accusable.push(entry);

@@ -69,11 +69,9 @@ pub struct Verdict {
     pub moved: Vec<(String, f64, f64, f64)>,
     /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
     pub rms_nm: [f64; 3],
-    /// How many times what is open the best hypothesis leaves over: above one, something is left.
-    pub left_times: f64,
 }
 
-/// The same for a change of the simulator's own parameters.
+/// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
 /// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
@@ -283,7 +281,6 @@ pub fn verdict(search: &Search) -> Verdict {
         unknown,
         moved,
         rms_nm: [before, after, floor],
-        left_times,
     }
 }
 
