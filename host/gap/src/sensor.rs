@@ -1,7 +1,6 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
-use crate::signal::extent;
-use realfft::RealFftPlanner;
+use crate::signal::{extent, fourier};
 use std::f64::consts::TAU;
 
 /// The grid is looked for on positions counted in halves of a count.
@@ -110,7 +109,7 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
         *n = n.min(most);
     }
     let sum: f64 = seen.iter().sum();
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let plan = fourier(length);
     let mut spectrum = plan.make_output_vec();
     if plan.process(&mut seen, &mut spectrum).is_err() {
         return None;
@@ -120,14 +119,14 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
         .max(FEWEST_STEPS * length as f64 / span)
         .ceil() as usize;
     let fastest = (length as f64 / (1.5 * BINS_PER_COUNT)) as usize;
-    let share = |k: usize| spectrum[k].norm() / sum;
-    let in_step = IN_STEP.max(BY_CHANCE / (filled as f64).sqrt());
+    let share_2 = |k: usize| spectrum[k].norm_sqr() / (sum * sum);
+    let in_step_2 = IN_STEP.powi(2).max(BY_CHANCE.powi(2) / filled as f64);
     let mut from = slowest;
     for _ in 0..MOST_LINES {
-        let Some(mut top) = (from..fastest).find(|&k| share(k) > in_step) else {
+        let Some(mut top) = (from..fastest).find(|&k| share_2(k) > in_step_2) else {
             return (from == slowest).then_some(0.0);
         };
-        while top + 1 < fastest && share(top + 1) > share(top) {
+        while top + 1 < fastest && share_2(top + 1) > share_2(top) {
             top += 1;
         }
         // Where between the lines of the transform the positions themselves are most in step.

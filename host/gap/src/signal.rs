@@ -2,6 +2,12 @@
 
 use crate::error::InputError;
 use biquad::{Biquad, Coefficients, DirectForm2Transposed, Q_BUTTERWORTH_F64, ToHertz, Type};
+use realfft::{RealFftPlanner, RealToComplex};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
+/// Fourier transforms that were planned: a transform takes less time than its plan, and twins are as long as their records.
+static PLANS: LazyLock<Mutex<RealFftPlanner<f64>>> =
+    LazyLock::new(|| Mutex::new(RealFftPlanner::new()));
 
 /// Most samples that a command holds in memory, some 2 GB of signals.
 const MOST_SAMPLES: f64 = 2e7;
@@ -59,6 +65,13 @@ pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
         bb += b * b;
     }
     ab / (aa * bb).sqrt()
+}
+
+/// The discrete Fourier transform of so many real values.
+pub fn fourier(length: usize) -> Arc<dyn RealToComplex<f64>> {
+    // Planning does not panic; a plan that another thread left is whole.
+    let mut plans = PLANS.lock().unwrap_or_else(PoisonError::into_inner);
+    plans.plan_fft_forward(length)
 }
 
 /// Central difference, one-sided at both ends. `values` has two samples or more.

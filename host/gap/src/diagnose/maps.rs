@@ -6,8 +6,8 @@
 
 use super::hypothesis::Hypothesis;
 use super::search::Search;
+use crate::signal::fourier;
 use bristle_plant::Unit;
-use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// Parts that a map is divided into.
@@ -192,12 +192,11 @@ impl Rest<'_> {
         };
         let (mut before, mut after) = (vec![0.0; lines], vec![0.0; lines]);
         let mut windows = 0.0;
-        let mut plans = RealFftPlanner::<f64>::new();
         let mut first = 0;
         for record in &search.records {
             // Records of other rates come to the same lines with a window of another length.
             let window = (WINDOW as f64 * node_s(slowest) / node_s(record)).round() as usize;
-            let transform = plans.plan_fft_forward(window);
+            let transform = fourier(window);
             let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
             for stretch in &record.stretches {
                 let nodes = record.nodes_of(stretch);

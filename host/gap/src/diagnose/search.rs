@@ -11,7 +11,9 @@ use super::regime::{Node, nodes};
 use super::signature;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Model, Owner, Record, fit, fit_at, fit_near, has_bristles, scale};
+use crate::inverse::{
+    self, Fit, Model, Owner, Record, fit, fit_at, fit_near, fit_on, has_bristles, scale,
+};
 use bristle_plant::effect::{ALL, Entry, Scale};
 use rayon::prelude::*;
 
@@ -226,14 +228,15 @@ pub fn search(
         })
         .collect::<Result<Vec<_>, InputError>>()?;
     tried.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
-    let polished = tried
-        .par_iter()
-        .take(POLISHED)
-        .map(|(_, model, fit)| self::fit(model, &records, &weights, fit.at.clone()))
+    let further = tried.split_off(POLISHED.min(tried.len()));
+    tried = tried
+        .into_par_iter()
+        .map(|(added, model, fit)| {
+            let fit = fit_on(&model, &records, &weights, fit)?;
+            Ok((added, model, fit))
+        })
         .collect::<Result<Vec<_>, InputError>>()?;
-    for (kept, fit) in tried.iter_mut().zip(polished) {
-        kept.2 = fit;
-    }
+    tried.extend(further);
     let noise = noise.explaining(&nodes, &fitted.left_over);
     let judge = Judge {
         records: &records,

@@ -12,6 +12,7 @@ use crate::inverse::Record;
 use crate::log::Log;
 use crate::signal::extent;
 use bristle_plant::effect::Entry;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Part of the travel that counts as its end.
@@ -36,7 +37,7 @@ pub(super) fn sound(
     catalogue: &[&'static Entry],
 ) -> Result<Sound, InputError> {
     let inspected = logs
-        .iter()
+        .par_iter()
         .map(|log| inspect(log, axis))
         .collect::<Result<Vec<Hygiene>, _>>()?;
     let still = |hygiene: &Hygiene| {

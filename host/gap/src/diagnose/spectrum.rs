@@ -1,10 +1,10 @@
 //! Which waves over angle or time the rest contains: a least-squares spectrum, Lomb 1976, Astrophys. Space Sci. 39.
 
 use super::candidate::Background;
+use crate::signal::fourier;
 use bristle_plant::Unit;
 use nalgebra::DVector;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 /// Lines that are looked at more closely.
 const LINES: usize = 3;
@@ -119,7 +119,7 @@ impl Even {
     /// least-squares spectrum are values of two Fourier transforms: Press and Rybicki 1989, Astrophys. J. 338.
     fn add_power(&self, first: f64, step: f64, power: &mut [f64]) {
         let length = (PADDED * self.squares.len()).next_power_of_two();
-        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let plan = fourier(length);
         let transform = |values: &[f64]| {
             let mut padded = values.to_vec();
             padded.resize(length, 0.0);

@@ -24,7 +24,7 @@ pub struct Fit {
     pub left_over: Vec<f64>,
     /// Sum of squares of the weighted rest and of the priors.
     pub cost: f64,
-    /// Of the weighted rest with respect to the coordinates; a row for each node.
+    /// Of the weighted rest with respect to the coordinates; a row for each node, or none where it was not asked for.
     pub jacobian: DMatrix<f64>,
 }
 
@@ -38,11 +38,27 @@ pub fn fit(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    fit_near(model, records, weights, start, &DMatrix::zeros(0, 0))
+    let problem = Problem::new(model, records, weights, start, None)?;
+    Ok(problem.settled(STANDS_STILL).into_fit_with_jacobian())
 }
 
-/// The same from close by: `known` holds the first columns of the Jacobian there, which stay as they are, in the result
-/// too. Steps are as good as these columns; where the fit stands still does not depend on them.
+/// The same, on from what was fitted with these weights.
+///
+/// # Errors
+/// See [`fit`].
+pub fn fit_on(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    from: Fit,
+) -> Result<Fit, InputError> {
+    let mut problem = Problem::new(model, records, weights, from.at, None)?;
+    problem.there = Some((problem.at.clone(), from.jacobian));
+    Ok(problem.settled(STANDS_STILL).into_fit_with_jacobian())
+}
+
+/// The same from close by: `known` holds the first columns of the Jacobian there, which stay as they are. Steps are as good
+/// as these columns; where the fit stands still does not depend on them. Without a Jacobian where it comes out.
 ///
 /// # Errors
 /// See [`fit`].
@@ -53,9 +69,8 @@ pub fn fit_near(
     start: Vec<f64>,
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
-    let problem = Problem::new(model, records, weights, start, known)?.settled(STANDS_STILL);
-    let jacobian = problem.whole();
-    Ok(problem.into_fit(jacobian))
+    let problem = Problem::new(model, records, weights, start, Some(known))?;
+    Ok(problem.settled(STANDS_STILL).into_fit(DMatrix::zeros(0, 0)))
 }
 
 /// As [`fit`], but without the Jacobian where it comes out, which takes a pass over the records for each parameter.
@@ -91,9 +106,10 @@ fn fit_until(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    let none = DMatrix::zeros(0, 0);
-    let problem = Problem::new(model, records, weights, start, &none)?.settled(cost_stands_still);
-    Ok(problem.into_fit(DMatrix::zeros(0, 0)))
+    let problem = Problem::new(model, records, weights, start, None)?;
+    Ok(problem
+        .settled(cost_stands_still)
+        .into_fit(DMatrix::zeros(0, 0)))
 }
 
 /// What a model leaves over at a point, with its Jacobian there, as if it had been fitted.
@@ -106,10 +122,7 @@ pub fn fit_at(
     weights: &[f64],
     at: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    let none = DMatrix::zeros(0, 0);
-    let problem = Problem::new(model, records, weights, at, &none)?;
-    let jacobian = problem.whole();
-    Ok(problem.into_fit(jacobian))
+    Ok(Problem::new(model, records, weights, at, None)?.into_fit_with_jacobian())
 }
 
 struct Problem<'a> {
@@ -120,7 +133,9 @@ struct Problem<'a> {
     left_over: Vec<f64>,
     /// Friction of the contact along the motion there, N m.
     friction_nm: Vec<f64>,
-    known: &'a DMatrix<f64>,
+    known: Option<&'a DMatrix<f64>>,
+    /// Where the Jacobian is known as a whole, and what it is.
+    there: Option<(DVector<f64>, DMatrix<f64>)>,
 }
 
 impl<'a> Problem<'a> {
@@ -129,7 +144,7 @@ impl<'a> Problem<'a> {
         records: &'a [Record],
         weights: &'a [f64],
         at: Vec<f64>,
-        known: &'a DMatrix<f64>,
+        known: Option<&'a DMatrix<f64>>,
     ) -> Result<Self, InputError> {
         let mut problem = Self {
             model,
@@ -139,6 +154,7 @@ impl<'a> Problem<'a> {
             left_over: Vec::new(),
             friction_nm: Model::places(records),
             known,
+            there: None,
         };
         problem.evaluate()?;
         Ok(problem)
@@ -159,6 +175,11 @@ impl<'a> Problem<'a> {
             .with_gtol(0.0)
             .with_patience(PATIENCE);
         optimiser.minimize(self).0
+    }
+
+    fn into_fit_with_jacobian(self) -> Fit {
+        let jacobian = self.whole();
+        self.into_fit(jacobian)
     }
 
     fn into_fit(self, jacobian: DMatrix<f64>) -> Fit {
@@ -190,10 +211,15 @@ impl<'a> Problem<'a> {
 
     /// The Jacobian of the weighted rest: the known columns, then the others as they are here.
     fn whole(&self) -> DMatrix<f64> {
-        let (nodes, known) = (self.left_over.len(), self.known.ncols());
-        let mut whole = DMatrix::zeros(nodes, self.at.len());
-        if known > 0 {
-            whole.columns_mut(0, known).copy_from(self.known);
+        if let Some((at, jacobian)) = &self.there
+            && *at == self.at
+        {
+            return jacobian.clone();
+        }
+        let known = self.known.map_or(0, DMatrix::ncols);
+        let mut whole = DMatrix::zeros(self.left_over.len(), self.at.len());
+        if let Some(columns) = self.known {
+            whole.columns_mut(0, known).copy_from(columns);
         }
         let columns = self.columns(known);
         whole

@@ -82,7 +82,24 @@ pub enum Rubbing<'a> {
     Known(&'a [f64]),
 }
 
-impl Rubbing<'_> {
+impl<'a> Rubbing<'a> {
+    /// The same once more.
+    pub fn again(&mut self) -> Rubbing<'_> {
+        match self {
+            Self::Anew => Rubbing::Anew,
+            Self::Kept(kept_nm) => Rubbing::Kept(kept_nm),
+            Self::Known(known_nm) => Rubbing::Known(known_nm),
+        }
+    }
+
+    /// After the pass that kept it.
+    pub fn known(self) -> Self {
+        match self {
+            Self::Kept(kept_nm) => Self::Known(kept_nm),
+            other => other,
+        }
+    }
+
     /// Takes that of the first so many samples.
     pub fn split_off(&mut self, samples: usize) -> Self {
         match std::mem::replace(self, Self::Anew) {

@@ -278,22 +278,17 @@ impl Model {
         point: &Point,
         record: &Record,
         place: usize,
-        mut rubbing: Rubbing<'_>,
+        rubbing: Rubbing<'_>,
     ) -> Result<Vec<f64>, InputError> {
-        let mut out = Vec::with_capacity(record.nodes());
-        for stretch in &record.stretches {
-            let here = rubbing.split_off(stretch.effort_nm.len() - 1);
-            let running = point.running(record, place, 1.0)?;
-            left_over(record, stretch, running, here, &mut out);
+        if !self.scales_effort {
+            return point.rest(record, place, 1.0, rubbing);
         }
-        if self.scales_effort {
-            let more = point.rest(record, place, 1.0 + GAIN_STEP)?;
-            let gain = point.gain(record, place, &out, &more)?.max(LEAST_GAIN);
-            for rest in &mut out {
-                *rest /= gain;
-            }
+        let (mut rest, change) = point.rest_and_change(record, place, rubbing)?;
+        let gain = point.gain(record, place, &change)?.max(LEAST_GAIN);
+        for rest in &mut rest {
+            *rest /= gain;
         }
-        Ok(out)
+        Ok(rest)
     }
 
     /// Whether the contact's friction along a measured motion is the same whatever this parameter is.
@@ -309,9 +304,8 @@ impl Model {
     pub fn changes_gain(&self, records: &[Record], at: &[f64]) -> Result<bool, InputError> {
         let point = self.at(at);
         for (place, record) in records.iter().enumerate() {
-            let one = point.rest(record, place, 1.0)?;
-            let more = point.rest(record, place, 1.0 + GAIN_STEP)?;
-            if (point.gain(record, place, &one, &more)? - 1.0).abs() > 0.01 {
+            let (_, change) = point.rest_and_change(record, place, Rubbing::Anew)?;
+            if (point.gain(record, place, &change)? - 1.0).abs() > 0.01 {
                 return Ok(true);
             }
         }
@@ -347,46 +341,59 @@ impl Point {
     }
 
     /// What is left over of a record, taken with so many times its effort, N m.
-    fn rest(&self, record: &Record, place: usize, times: f64) -> Result<Vec<f64>, InputError> {
-        let mut rest = Vec::new();
+    fn rest(
+        &self,
+        record: &Record,
+        place: usize,
+        times: f64,
+        mut rubbing: Rubbing<'_>,
+    ) -> Result<Vec<f64>, InputError> {
+        let mut rest = Vec::with_capacity(record.nodes());
         for stretch in &record.stretches {
+            let here = rubbing.split_off(stretch.effort_nm.len() - 1);
             let running = self.running(record, place, times)?;
-            left_over(record, stretch, running, Rubbing::Anew, &mut rest);
+            left_over(record, stretch, running, here, &mut rest);
         }
         Ok(rest)
     }
 
-    /// Part that effects which are tried let through of a change of effort, by least squares over a record: of what arrives
-    /// without them, which is all but where friction at rest holds against any effort. `one` and `more` is what is left
-    /// over of the effort as it is and of [a little more](GAIN_STEP).
-    fn gain(
+    /// What is left over of a record, and how that changes with [a little more effort](GAIN_STEP), N m.
+    fn rest_and_change(
         &self,
         record: &Record,
         place: usize,
-        one: &[f64],
-        more: &[f64],
-    ) -> Result<f64, InputError> {
-        let change = |one: &[f64], more: &[f64]| -> Vec<f64> {
-            one.iter().zip(more).map(|(one, more)| more - one).collect()
+        rubbing: Rubbing<'_>,
+    ) -> Result<(Vec<f64>, Vec<f64>), InputError> {
+        let mut kept_nm = vec![0.0; record.intervals()];
+        let mut rubbing = match rubbing {
+            Rubbing::Anew => Rubbing::Kept(&mut kept_nm),
+            given => given,
         };
+        let rest = self.rest(record, place, 1.0, rubbing.again())?;
+        let more = self.rest(record, place, 1.0 + GAIN_STEP, rubbing.known())?;
+        let change = rest.iter().zip(&more).map(|(one, more)| more - one);
+        let change = change.collect();
+        Ok((rest, change))
+    }
+
+    /// Part that effects which are tried let through of a change of effort, by least squares over a record: of what arrives
+    /// without them, which is all but where friction at rest holds against any effort. `change` is that of what is left over.
+    fn gain(&self, record: &Record, place: usize, change: &[f64]) -> Result<f64, InputError> {
         let believed = &self.believed;
         let holds = believed.contact(believed.model)?.holds_at_rest();
-        let arrives = if holds || !believed.effects.is_empty() {
+        let arrives = if holds || believed.effects.iter().any(|effect| effect.id != OFFSET) {
             let mut without = self.clone();
             without.effects.truncate(believed.effects.len());
             without
                 .on_records
                 .retain(|(effect, ..)| *effect < without.effects.len());
-            change(
-                &without.rest(record, place, 1.0)?,
-                &without.rest(record, place, 1.0 + GAIN_STEP)?,
-            )
+            without.rest_and_change(record, place, Rubbing::Anew)?.1
         } else {
             let efforts = record.stretches.iter().flat_map(|s| &s.effort_nodes_nm);
             efforts.map(|effort| GAIN_STEP * effort).collect()
         };
         let (mut product, mut square) = (0.0, 0.0);
-        for (with, without) in change(one, more).iter().zip(&arrives) {
+        for (with, without) in change.iter().zip(&arrives) {
             product += with * without;
             square += without * without;
         }
