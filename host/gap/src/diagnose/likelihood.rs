@@ -16,7 +16,7 @@ pub struct Group {
     pub floor_nm: f64,
     /// What the encoder leaves open of the torque, N m rms: a rest below it speaks for nothing.
     pub open_nm: f64,
-    /// Noise that a fit is weighted by, N m rms: what a model leaves over, at least the floor.
+    /// Noise that a fit is weighted by, N m rms: what a model leaves over, at least the floor and a part of what is open.
     pub spread_nm: f64,
     /// What every model errs by, N m rms.
     discrepancy_nm: f64,
@@ -44,6 +44,10 @@ const BLOCK_S: f64 = 0.25;
 const QUIET: f64 = 0.25;
 /// Fewest blocks that say how large noise is.
 const FEWEST_BLOCKS: usize = 8;
+
+/// A fit leaves at least this part of what is open: taking away the method's own error it would move parameters by it. A third
+/// is what the true parameters of an opened case left where its fit took a tenth; with all of it presliding says little of a play.
+const BELIEVED: f64 = 0.5;
 
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
@@ -116,7 +120,11 @@ impl Noise {
         own: &Own,
     ) -> Self {
         let open = |place, regime, white_nm: f64| own.rms_nm(place, regime).max(white_nm);
-        Self::with_open(records, nodes, left_over, inertia_kg_m2, holds_nm, open)
+        let mut noise = Self::with_open(records, nodes, left_over, inertia_kg_m2, holds_nm, open);
+        for group in noise.groups.iter_mut().flatten() {
+            group.spread_nm = group.spread_nm.max(BELIEVED * group.open_nm);
+        }
+        noise
     }
 
     /// `open` is told record, regime and white noise, and gives what is open of the torque.
@@ -128,30 +136,31 @@ impl Noise {
         holds_nm: f64,
         open: impl Fn(usize, Regime, f64) -> f64,
     ) -> Self {
+        let members = |place: usize, of: &dyn Fn(Regime) -> bool| -> Vec<(usize, f64)> {
+            let counts = |node: &Node| node.record == place && of(node.regime) && !node.excluded;
+            let all = nodes.iter().zip(left_over).enumerate();
+            all.filter(|(_, (node, _))| counts(node))
+                .map(|(at, (_, &r))| (at, r))
+                .collect()
+        };
+        let coloured: Vec<Option<f64>> = records
+            .iter()
+            .enumerate()
+            .map(|(place, record)| {
+                let node_s = record.step_s * record.kernel.length as f64;
+                let [apart, block] =
+                    [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
+                let calm = members(place, &|regime| regime != Regime::Low);
+                coloured_noise(&calm, apart, block.max(4 * apart))
+            })
+            .collect();
+        // A record without quiet moments has the noise of the others: the recorder is the same.
+        let of_others = coloured.iter().flatten().copied().reduce(f64::min);
         let mut groups = vec![[Group::default(); 3]; records.len()];
         for (place, record) in records.iter().enumerate() {
-            let node_s = record.step_s * record.kernel.length as f64;
-            let calm: Vec<(usize, f64)> = nodes
-                .iter()
-                .zip(left_over)
-                .enumerate()
-                .filter(|(_, (node, _))| {
-                    node.record == place && node.regime != Regime::Low && !node.excluded
-                })
-                .map(|(at, (_, &r))| (at, r))
-                .collect();
-            let [apart, block] = [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
-            let coloured = coloured_noise(&calm, apart, block.max(4 * apart));
+            let coloured = coloured[place].or(of_others).unwrap_or(0.0);
             for regime in Regime::ALL {
-                let members: Vec<(usize, f64)> = nodes
-                    .iter()
-                    .zip(left_over)
-                    .enumerate()
-                    .filter(|(_, (node, _))| {
-                        node.record == place && node.regime == regime && !node.excluded
-                    })
-                    .map(|(at, (_, &r))| (at, r))
-                    .collect();
+                let members = members(place, &|of| of == regime);
                 let speeds = members
                     .iter()
                     .map(|&(at, _)| nodes[at].velocity_rad_s(records));
@@ -339,10 +348,10 @@ fn difference_noise(members: &[(usize, f64)]) -> f64 {
 }
 
 /// Noise that is correlated for a while, from second differences of nodes so many apart, in the quiet blocks of a record:
-/// noise is there all the time, and what a model lacks is not.
-fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> f64 {
+/// noise is there all the time, and what a model lacks is not. Nothing where there are too few such blocks.
+fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> Option<f64> {
     if apart == 0 {
-        return 0.0;
+        return None;
     }
     let mut blocks: Vec<f64> = members
         .chunks(block)
@@ -356,13 +365,11 @@ fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> f64 {
         })
         .collect();
     if blocks.len() < FEWEST_BLOCKS {
-        return 0.0;
+        return None;
     }
     let quiet = (QUIET * blocks.len() as f64) as usize;
-    blocks
-        .select_nth_unstable_by(quiet, f64::total_cmp)
-        .1
-        .sqrt()
+    let (_, square, _) = blocks.select_nth_unstable_by(quiet, f64::total_cmp);
+    Some(square.sqrt())
 }
 
 /// What the mean of so many squares of second differences of normal noise is in a quiet block, as a share of its variance.
