@@ -78,7 +78,7 @@ const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
 const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
-const EFFECT_IS: (f64, f64) = (-1.0, 3.2);
+const EFFECT_IS: (f64, f64) = (-2.0, 6.0);
 /// The same of the answers that have no such measure.
 const EFFECTS_ARE: f64 = 0.6;
 const SMALL_IS: f64 = 0.7;
