@@ -1,13 +1,9 @@
 //! The emulator of `host-tests/image` as a program of its own, which runs the firmware's image in real time.
 
 use bristle_gap::InputError;
-use std::net::{TcpListener, TcpStream};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// Time in which it is there.
-const BEGINS: Duration = Duration::from_secs(20);
 
 /// Ends with this value.
 pub struct Emulator {
@@ -34,14 +30,13 @@ impl Emulator {
                 return Err(InputError::new(path, "there is no such file", remedy));
             }
         }
-        let address = free_address()?;
         let mut command = Command::new(program);
         command
             .arg(firmware)
-            .arg(format!("tcp:{address}"))
+            .arg("tcp:127.0.0.1:0")
             .arg(seconds.to_string())
             .stdin(Stdio::null())
-            .stdout(Stdio::null());
+            .stdout(Stdio::piped());
         // Ctrl-C in a terminal goes to a whole group; this one has to live until the torque is down.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -52,28 +47,32 @@ impl Emulator {
                 "see that it is a program for this machine",
             )
         })?;
-        let mut emulator = Self { child, address };
-        emulator.wait(program)?;
+        let mut emulator = Self {
+            child,
+            address: String::new(),
+        };
+        emulator.listen(program)?;
         Ok(emulator)
     }
 
-    /// Until it listens. A connection that is dropped again does not disturb it.
-    fn wait(&mut self, program: &Path) -> Result<(), InputError> {
-        let until = Instant::now() + BEGINS;
-        while TcpStream::connect(&self.address).is_err() {
-            let ended = self.child.try_wait().ok().flatten();
-            if ended.is_some() || Instant::now() > until {
-                let why = ended.map_or("does not answer".to_owned(), |status| {
-                    format!("ended: {status}")
-                });
-                return Err(InputError::new(
-                    program,
-                    why,
-                    "run it by hand to see why: emulate FIRMWARE.elf tcp:127.0.0.1:9090 10",
-                ));
-            }
-            std::thread::sleep(Duration::from_millis(50));
+    /// Until it says where it serves, or has ended.
+    fn listen(&mut self, program: &Path) -> Result<(), InputError> {
+        let mut line = String::new();
+        if let Some(said) = self.child.stdout.take() {
+            // What cannot be read says nothing, and is told below.
+            let _ = BufReader::new(said).read_line(&mut line);
         }
+        self.address = line
+            .trim_end()
+            .strip_prefix("serving tcp:")
+            .ok_or_else(|| {
+                InputError::new(
+                    program,
+                    "does not say where it serves",
+                    "run it by hand to see why: emulate FIRMWARE.elf tcp:127.0.0.1:9090 10",
+                )
+            })?
+            .to_owned();
         Ok(())
     }
 }
@@ -83,18 +82,4 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// A port that nobody uses now.
-fn free_address() -> Result<String, InputError> {
-    TcpListener::bind("127.0.0.1:0")
-        .and_then(|listener| listener.local_addr())
-        .map(|address| address.to_string())
-        .map_err(|error| {
-            InputError::new(
-                "127.0.0.1",
-                format!("no port is free: {error}"),
-                "end what holds them",
-            )
-        })
 }

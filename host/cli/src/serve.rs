@@ -40,7 +40,7 @@ pub struct Args {
     /// Axis file; the built-in bench axis where left out.
     #[arg(long, value_name = "FILE")]
     axis: Option<PathBuf>,
-    /// Where to listen.
+    /// Where to listen; with port 0 where a port is free, which the first line says.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:9090")]
     at: String,
     #[command(flatten)]
@@ -52,15 +52,17 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let setup = Setup::new(args.axis.as_ref())?;
     let real = args.real.axis(&setup.believed)?;
     let served = Served::new(&setup.believed, &real, args.real.noise(), args.real.seed())?;
-    let listener = TcpListener::bind(&args.at).map_err(|error| {
-        InputError::new(
-            &args.at,
-            format!("cannot be listened at: {}", plain(&error)),
-            "give a HOST:PORT that is free",
-        )
-    })?;
+    let (listener, address) = TcpListener::bind(&args.at)
+        .and_then(|listener| listener.local_addr().map(|at| (listener, at)))
+        .map_err(|error| {
+            InputError::new(
+                &args.at,
+                format!("cannot be listened at: {}", plain(&error)),
+                "give a HOST:PORT that is free",
+            )
+        })?;
     source::catch_interrupts();
-    output::print(&format!("serving {} at tcp:{}\n", setup.name, args.at));
+    output::print(&format!("serving {} at tcp:{address}\n", setup.name));
     // So that Ctrl-C is heard between clients too.
     let set = listener.set_nonblocking(true);
     while set.is_ok() && !source::interrupted() {

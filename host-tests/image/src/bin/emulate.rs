@@ -1,7 +1,7 @@
 //! Runs the firmware's image on the virtual axis, with the raw stream as a debug probe would read it.
 //!
 //! To a file, or with `-` to standard output: from reset to armed, then the sine experiment of the thesis. As a server:
-//! in real time from reset on, and whoever connects sends the orders.
+//! in real time from reset on, and whoever connects sends the orders. Its first line says where; port 0 takes a free one.
 //!
 //! ```text
 //! emulate FIRMWARE.elf trace.bin 5
@@ -99,6 +99,7 @@ fn serve(session: &mut Session<'_>, address: &str, seconds: u32) -> Result<(), S
     let text = |e: io::Error| format!("{address}: {e}");
     let listener = TcpListener::bind(address).map_err(text)?;
     listener.set_nonblocking(true).map_err(text)?;
+    println!("serving tcp:{}", listener.local_addr().map_err(text)?);
     let clients = Clients::default();
     session.keep = false;
     session.quiet = true;

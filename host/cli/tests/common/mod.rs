@@ -8,8 +8,6 @@ use std::time::Duration;
 
 /// Time in which it is there, on machines that build beside.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Ports that are tried: one that was free may be taken by another test before the server listens.
-const PORTS: usize = 5;
 
 /// Ends with this value.
 pub struct Server {
@@ -20,18 +18,8 @@ pub struct Server {
 
 impl Server {
     pub fn start(axis: &Path) -> Self {
-        (0..PORTS)
-            .find_map(|_| Self::at_free_port(axis))
-            .expect("a port that stays free")
-    }
-
-    /// None where the server could not listen.
-    fn at_free_port(axis: &Path) -> Option<Self> {
-        let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = free.local_addr().unwrap().to_string();
-        drop(free);
         let mut child = Command::new(env!("CARGO_BIN_EXE_bristle"))
-            .args(["serve", "--at", &address, "--axis"])
+            .args(["serve", "--at", "127.0.0.1:0", "--axis"])
             .arg(axis)
             .stdout(Stdio::piped())
             .spawn()
@@ -44,16 +32,15 @@ impl Server {
                 .map_while(Result::ok)
                 .try_for_each(|line| tell.send(line))
         });
-        let server = Self { child, address };
-        // It says so once it listens, or ends.
-        match told.recv_timeout(PATIENCE) {
-            Ok(line) => {
-                assert!(line.starts_with("serving "), "{line}");
-                Some(server)
-            }
-            Err(mpsc::RecvTimeoutError::Disconnected) => None,
-            Err(mpsc::RecvTimeoutError::Timeout) => panic!("it neither listens nor ends"),
-        }
+        let mut server = Self {
+            child,
+            address: String::new(),
+        };
+        // The first line says where it listens.
+        let line = told.recv_timeout(PATIENCE).expect("it listens");
+        let (_, address) = line.split_once(" at tcp:").expect("its address");
+        address.clone_into(&mut server.address);
+        server
     }
 }
 
