@@ -1,10 +1,10 @@
 //! Which hypothesis is worth the effects that it adds.
 
-use super::hypothesis::{Hypothesis, NOISE_ONLY, foremost, of_noise};
+use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
 use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::Node;
-use super::search::Search;
+use super::tried::Search;
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
 /// opened cases those that were there gained 36 or more, one that was not 12.
@@ -60,6 +60,12 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     let takes = taken(pair) - taken(single) > SECOND.1 * (before - taken(single));
     let worth = pair.score - single.score > SECOND.0 && takes && apart;
     Some(if worth { pair } else { single })
+}
+
+/// What a second effect is looked for beside: noise that positions show by themselves, whatever else is there; or the best.
+pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Option<&'a Hypothesis> {
+    let shows = |h: &&Hypothesis| of_noise(h) && h.score - base.score > ACCUSES;
+    single.iter().find(shows).or_else(|| single.first())
 }
 
 /// Whether beside an effect enough is left of the gap for a second one to be believed.

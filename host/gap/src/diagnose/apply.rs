@@ -1,14 +1,11 @@
 //! The loop closes: the axis file with the simulator's own parameters as refitted, and the named effects in it.
 
 use super::Outcome;
+use super::axis_at::entries;
 use super::hypothesis::Hypothesis;
 use super::verdict::Kind;
-use crate::axis_file::{AxisFile, EffectEntry};
-use crate::believed::Believed;
-use crate::inverse::{Owner, Point};
-use bristle_plant::Unit;
-use bristle_plant::effect::Kind as Role;
-use std::f64::consts::{PI, TAU};
+use crate::axis_file::AxisFile;
+use crate::inverse::Owner;
 
 /// An axis file that simulates better, and where its numbers come from.
 #[derive(Clone, Debug)]
@@ -102,36 +99,4 @@ pub fn axis_file(given: &AxisFile, hypothesis: &Hypothesis) -> AxisFile {
     }
     file.effects = entries(&point, 0, given.unit);
     file
-}
-
-/// The axis at a point with its effects as they are on the first record, ready to be simulated.
-pub fn axis_at(point: &Point) -> Believed {
-    let mut axis = point.believed().clone();
-    axis.effects = entries(point, 0, axis.unit);
-    axis
-}
-
-/// The effects of a point on a record, as an axis file holds them.
-pub fn entries(point: &Point, record: usize, unit: Unit) -> Vec<EffectEntry> {
-    point
-        .effects_on(record)
-        .iter()
-        .map(|added| EffectEntry {
-            id: added.entry.id.to_string(),
-            parameters: added
-                .entry
-                .parameters
-                .iter()
-                .zip(&added.values)
-                .map(|(parameter, &value)| {
-                    let value = if parameter.kind == Role::Phase {
-                        (value + PI).rem_euclid(TAU) - PI
-                    } else {
-                        value
-                    };
-                    (parameter.name(unit).to_string(), value)
-                })
-                .collect(),
-        })
-        .collect()
 }

@@ -30,6 +30,9 @@ pub struct Start {
     pub guessed: bool,
 }
 
+/// An effect, and where to start from, best first.
+pub(super) type Screened = (&'static Entry, Vec<Start>);
+
 /// What all candidates are laid against: a fitted model and its weighted rest.
 pub struct Background<'a> {
     /// The model without the effect.

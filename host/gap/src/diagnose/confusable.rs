@@ -1,7 +1,7 @@
 //! Which effects these logs can tell apart: the change that each makes, beyond what the simulator's own parameters can
 //! do, laid against that of each other.
 
-use super::search::Search;
+use super::tried::Search;
 use super::verdict::Verdict;
 use nalgebra::DVector;
 

@@ -1,6 +1,5 @@
 //! The simulator, perhaps with effects: fitted, and judged by what it leaves over on data that took no part.
 
-use super::accuse::ACCUSES;
 use super::candidate::cuts;
 use super::held_out::held_out;
 use super::likelihood::Noise;
@@ -66,12 +65,6 @@ pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
         .added
         .iter()
         .all(|entry| NOISE_ONLY.contains(&entry.id))
-}
-
-/// What a second effect is looked for beside: noise that positions show by themselves, whatever else is there; or the best.
-pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Option<&'a Hypothesis> {
-    let shows = |h: &&Hypothesis| of_noise(h) && h.score - base.score > ACCUSES;
-    single.iter().find(shows).or_else(|| single.first())
 }
 
 /// What hypotheses are judged by.

@@ -3,7 +3,7 @@
 
 use super::hypothesis::Hypothesis;
 use super::regime::{Node, Regime};
-use super::search::Search;
+use super::tried::Search;
 use crate::report::short;
 use serde::Serialize;
 

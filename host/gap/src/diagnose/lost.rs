@@ -3,9 +3,11 @@
 //! judged beside it.
 
 use super::accuse::ACCUSES;
+use super::beside::BESIDE;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::regime::nodes;
-use super::search::{BESIDE, Search};
+
+use super::tried::Search;
 use crate::error::InputError;
 use crate::hygiene::Jump;
 use crate::inverse::{Added, Record};

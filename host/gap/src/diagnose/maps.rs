@@ -5,7 +5,7 @@
 //! half-overlapping Hann windows (Welch 1967, IEEE Trans. Audio Electroacoust. 15).
 
 use super::hypothesis::Hypothesis;
-use super::search::Search;
+use super::tried::Search;
 use crate::signal::fourier;
 use bristle_plant::Unit;
 use std::f64::consts::TAU;

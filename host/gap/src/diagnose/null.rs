@@ -1,27 +1,16 @@
 //! What an effect gains where it is not: it is fitted to records that the refitted simulator alone would have left, with
 //! their noise, through the same steps.
 
-use super::apply::axis_at;
+use super::axis_at::axis_at;
 use super::candidate::Background;
+use super::fitted_noise::noise_of;
 use super::hypothesis::{Hypothesis, Judge};
 use super::regime::nodes;
-use super::search::{Search, fit_best, noise_of, screen};
+use super::screen::{fit_best, screen};
+use super::tried::{Null, Search};
 use crate::error::InputError;
 use crate::inverse::{Record, fit, fit_at, twins};
 use bristle_plant::effect::Entry;
-
-/// What an effect takes away where it is not.
-#[derive(Clone, Copy, Debug)]
-pub struct Null {
-    /// Which effect.
-    pub id: &'static str,
-    /// Gain of the held-out score, nats.
-    pub nats: f64,
-    /// The same where a rest below what is open counts, too.
-    pub nats_of_all: f64,
-    /// Times of what is open that are left without and with it.
-    pub times: [f64; 2],
-}
 
 /// What these effects gain on such records.
 ///

@@ -1,7 +1,7 @@
 //! A play is looked for about the coupling that fits best without one. From a guess far off its flanks meet at moments at
 //! which they did not, and no step of a fit leads from the one to the other.
 
-use super::candidate::{Background, Start};
+use super::candidate::{Background, Screened, Start};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_near};
 use bristle_plant::effect::Entry;
@@ -30,7 +30,7 @@ pub(super) fn springs(entry: &Entry) -> bool {
 /// The friction model refuses the parameters.
 pub(super) fn try_about_coupling(
     background: &Background<'_>,
-    screened: &[(&'static Entry, Vec<Start>)],
+    screened: &[Screened],
     found: &mut Vec<(&'static Entry, Model, Fit)>,
 ) -> Result<(), InputError> {
     let of = |id: &str| found.iter().find(|(entry, ..)| entry.id == id);

@@ -5,7 +5,7 @@ use super::held_out::spreads;
 use super::hypothesis::Hypothesis;
 use super::maps::{Map, maps};
 use super::regime::{Node, Regime};
-use super::search::Search;
+use super::tried::Search;
 use super::{Closed, Kind, Outcome};
 use crate::inverse::{Own, Owner};
 use crate::report::{Bars, Plot, Report, Table, short};

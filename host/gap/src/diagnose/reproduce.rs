@@ -6,10 +6,10 @@
 //! the load that the balance of torques gives; what its initial position and velocity may be wrong by, a straight line, is
 //! taken off the error. A free run starts once, at rest or moving as the record does.
 
-use super::apply::entries;
+use super::axis_at::entries;
 use super::hypothesis::Hypothesis;
 use super::regime::Regime;
-use super::search::Search;
+use super::tried::Search;
 use super::{Closed, Outcome, closed_over};
 use crate::believed::Noise;
 use crate::error::InputError;

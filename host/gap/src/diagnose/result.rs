@@ -1,9 +1,10 @@
 //! The diagnosis as other programs read it.
 
+use super::closed::{Closed, closed};
 use super::locate::{self, Region};
 use super::reproduce::Reproduced;
-use super::search::Search;
-use super::verdict::{Closed, Kind, Verdict, closed, verdict};
+use super::tried::Search;
+use super::verdict::{Kind, Verdict, verdict};
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::Owner;
@@ -221,7 +222,7 @@ fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> 
             .iter()
             .filter(move |(h, _)| h.added.len() == len)
     };
-    for len in 1..=super::search::MOST_EFFECTS {
+    for len in 1..=super::beside::MOST_EFFECTS {
         for (hypothesis, probability) in alone_first(len) {
             for id in hypothesis.ids() {
                 // What the verdict names takes all of it; else the effects share it.

@@ -9,11 +9,10 @@ use super::accuse::{
     ACCUSES, MATTERS, OF_MOMENTS, SHARE, TIES, UNKNOWN, UNKNOWN_SLIDING, below_open, choose,
     contribution, explained,
 };
-use super::closed::closed_over;
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::regime::Regime;
-use super::search::Search;
+use super::tried::Search;
 use crate::inverse::{Own, Owner};
 use serde::Serialize;
 
@@ -35,17 +34,6 @@ pub enum Kind {
     Ambiguous,
     /// The data cannot decide.
     Insufficient,
-}
-
-/// How much of the gap is closed, with a 90 % interval.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Closed {
-    /// (before - after)/(before - floor).
-    pub value: f64,
-    /// 5 % quantile.
-    pub low: f64,
-    /// 95 % quantile.
-    pub high: f64,
 }
 
 /// The conclusion and what it rests on.
@@ -320,10 +308,4 @@ fn moved(search: &Search) -> Vec<(String, f64, f64, f64)> {
                 .then(|| (free.name.clone(), before, after, deviation))
         })
         .collect()
-}
-
-/// How much of the gap a hypothesis closes on held-out data; the interval by the jackknife over folds.
-pub fn closed(search: &Search, hypothesis: &Hypothesis) -> Closed {
-    closed_over(search, hypothesis, &|node| node.regime != Regime::Rest)
-        .map_or_else(Closed::default, |part| part.closed)
 }

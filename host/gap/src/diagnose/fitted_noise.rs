@@ -1,0 +1,45 @@
+//! The noise of records beside a fitted model, and what the method leaves over of that model's own records.
+
+use super::axis_at::axis_at;
+use super::likelihood::{Noise, Own};
+use super::regime::{Node, nodes};
+use crate::inverse::{Model, Record, has_bristles, twins};
+use bristle_plant::effect::Scale;
+
+/// Where friction is whatever holds, it is known to this part of itself while the axis hardly moves.
+const HELD: f64 = 0.5;
+
+/// The noise of records that a fitted model leaves this over of.
+pub(super) fn noise_of(
+    model: &Model,
+    records: &[Record],
+    nodes: &[Node],
+    left_over: &[f64],
+    own: &Own,
+) -> Noise {
+    let believed = &model.believed;
+    let holds_nm = if has_bristles(believed.model) {
+        0.0
+    } else {
+        HELD * believed.coulomb_nm
+    };
+    Noise::beside(
+        records,
+        nodes,
+        left_over,
+        believed.whole_inertia_kg_m2(),
+        holds_nm,
+        own,
+    )
+}
+
+/// What the method leaves over of a model's own records; nothing where it cannot be simulated.
+pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
+    let axis = axis_at(&model.at(at));
+    twins(&axis, records, 0.0, 0)
+        .and_then(|twins| {
+            let left_over = model.left_over(&twins, at)?;
+            Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
+        })
+        .unwrap_or_default()
+}

@@ -1,0 +1,177 @@
+//! Effects one at a time: each fitted jointly with the simulator's own parameters, first roughly and many, then well and few.
+
+use super::candidate::{Background, Screened};
+use super::likelihood::Noise;
+use super::regime::Node;
+use super::screen::{fit_best, screen};
+use crate::error::InputError;
+use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
+use bristle_plant::effect::{Entry, Scale};
+use rayon::prelude::*;
+
+/// Effects that are fitted after screening.
+const FITTED: usize = 12;
+/// Of those so many are fitted with the noise that the best one leaves.
+const KEPT: usize = 9;
+/// The best of them are fitted once more with a Jacobian of their own.
+const POLISHED: usize = 3;
+/// Standard deviations of its prior beyond which a parameter has strayed.
+const STRAYS: f64 = 2.0;
+
+/// An effect, the simulator with it, and its fit.
+pub(super) struct Tried {
+    pub(super) entry: &'static Entry,
+    pub(super) model: Model,
+    pub(super) fit: Fit,
+}
+
+/// What effects are tried on.
+pub(super) struct Ground<'a> {
+    /// The prepared logs.
+    pub(super) records: &'a [Record],
+    /// Their nodes.
+    pub(super) nodes: &'a [Node],
+    /// Size of axis and records.
+    pub(super) scale: &'a Scale,
+    /// The simulator as the axis file has it.
+    pub(super) model: &'a Model,
+}
+
+impl Ground<'_> {
+    fn background<'a>(&'a self, weights: &'a [f64], fit: &'a Fit) -> Background<'a> {
+        Background::new(
+            self.model,
+            self.records,
+            self.nodes,
+            self.scale,
+            weights,
+            fit,
+        )
+    }
+
+    /// What each effect promises, and the best of those that were fitted beside the simulator's `fitted` parameters.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn try_each(
+        &self,
+        entries: &[&'static Entry],
+        noise: &Noise,
+        weights: &[f64],
+        fitted: &Fit,
+        progress: &dyn Fn(f64),
+    ) -> Result<(Vec<Screened>, Vec<Tried>), InputError> {
+        let background = self.background(weights, fitted);
+        let screened = screen(&background, entries, &|share| progress(0.65 * share));
+        let mut found = fit_best(&background, &screened, FITTED, true)?;
+        progress(0.8);
+        if strayed(self.model, &fitted.at) {
+            let start = self.model.start();
+            let believed = fit_at(self.model, self.records, weights, start)?;
+            let background = self.background(weights, &believed);
+            let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
+            for other in fit_best(&background, &screened, FITTED, true)? {
+                match found.iter_mut().find(|one| one.0.id == other.0.id) {
+                    Some(one) if other.2.cost < one.2.cost => *one = other,
+                    Some(_) => {}
+                    None => found.push(other),
+                }
+            }
+        }
+        let density = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
+        found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
+        found.truncate(KEPT);
+        let tried = found.into_iter().map(|(entry, model, fit)| {
+            let fit = fit_at(&model, self.records, weights, fit.at)?;
+            Ok(Tried { entry, model, fit })
+        });
+        Ok((screened, tried.collect::<Result<_, InputError>>()?))
+    }
+
+    /// The simulator alone and with each effect, fitted anew once weights have changed; best first.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn refine(
+        &self,
+        fitted: Fit,
+        tried: Vec<Tried>,
+        old: &[f64],
+        weights: &[f64],
+    ) -> Result<(Fit, Vec<Tried>), InputError> {
+        let again = |model: &Model, fit: Fit| {
+            let mut known = fit.jacobian;
+            for (row, (new, old)) in weights.iter().zip(old).enumerate() {
+                known
+                    .row_mut(row)
+                    .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
+            }
+            fit_near(model, self.records, weights, fit.at, &known)
+                .and_then(|fit| fit_at(model, self.records, weights, fit.at))
+        };
+        let mut fitted = again(self.model, fitted)?;
+        let mut tried = each(tried, again)?;
+        // From where the best one has taken the simulator's own parameters the simulator alone may do better, too.
+        if let Some(best) = tried.first() {
+            let own = best.fit.at[..self.model.free.len()].to_vec();
+            let other = fit(self.model, self.records, weights, own)?;
+            if other.cost < fitted.cost {
+                fitted = other;
+            }
+        }
+        tried = each(tried, |with, kept| {
+            no_worse(with, kept, &fitted, self.records, weights)
+        })?;
+        let further = tried.split_off(POLISHED.min(tried.len()));
+        tried = each(tried, |model, fit| {
+            fit_on(model, self.records, weights, fit)
+        })?;
+        tried.extend(further);
+        Ok((fitted, tried))
+    }
+}
+
+/// All fitted anew by a function of model and fit, best first.
+fn each(
+    tried: Vec<Tried>,
+    fit: impl Fn(&Model, Fit) -> Result<Fit, InputError> + Sync,
+) -> Result<Vec<Tried>, InputError> {
+    let mut tried = tried
+        .into_par_iter()
+        .map(|one| {
+            let fit = fit(&one.model, one.fit)?;
+            Ok(Tried { fit, ..one })
+        })
+        .collect::<Result<Vec<_>, InputError>>()?;
+    tried.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    Ok(tried)
+}
+
+/// The fit with an effect that does no worse than the one without: where `kept` does, it is fitted from there.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn no_worse(
+    with: &Model,
+    kept: Fit,
+    without: &Fit,
+    records: &[Record],
+    weights: &[f64],
+) -> Result<Fit, InputError> {
+    if kept.cost <= without.cost {
+        return Ok(kept);
+    }
+    let mut start = without.at.clone();
+    start.extend(&kept.at[start.len()..]);
+    let other = fit(with, records, weights, start)?;
+    Ok(if other.cost < kept.cost { other } else { kept })
+}
+
+/// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
+/// has to be looked for from what was believed.
+fn strayed(model: &Model, at: &[f64]) -> bool {
+    model.free.iter().zip(at).any(|(free, x)| {
+        matches!(free.owner, Owner::Own(own) if own != Own::Skew)
+            && (x - free.center).abs() > STRAYS * free.spread
+    })
+}

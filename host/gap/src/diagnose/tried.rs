@@ -1,0 +1,70 @@
+//! All that a search tried: what a verdict and every page of a report are drawn from.
+
+use super::hypothesis::Hypothesis;
+use super::likelihood::{Noise, Own};
+use super::regime::Node;
+use crate::inverse::Record;
+use bristle_plant::effect::{Entry, Scale};
+
+/// All that was tried.
+pub struct Search {
+    /// The prepared logs.
+    pub records: Vec<Record>,
+    /// Their nodes.
+    pub nodes: Vec<Node>,
+    /// Size of axis and records.
+    pub scale: Scale,
+    /// Noise by record and regime.
+    pub noise: Noise,
+    /// Weight of each node.
+    pub weights: Vec<f64>,
+    /// What the simulator as it stands leaves over, N m.
+    pub as_given: Vec<f64>,
+    /// What the method leaves over of the simulator as it stands on records of its own.
+    pub own_as_given: Own,
+    /// The same of the refitted simulator.
+    pub own: Own,
+    /// The simulator with its own parameters refitted.
+    pub base: Hypothesis,
+    /// With one effect, best first.
+    pub single: Vec<Hypothesis>,
+    /// With several, best first.
+    pub several: Vec<Hypothesis>,
+    /// What the best effects gain on records of the refitted simulator without them.
+    pub nulls: Vec<Null>,
+    /// The effect that positions showed by themselves: whatever else is named, it is.
+    pub shown: Option<&'static str>,
+    /// Every effect and the fall of squares that screening expects of it.
+    pub screened: Vec<(&'static Entry, f64)>,
+}
+
+impl Search {
+    /// The hypothesis of an effect alone.
+    pub(super) fn alone(&self, id: &str) -> Option<&Hypothesis> {
+        self.single.iter().find(|h| h.added[0].id == id)
+    }
+
+    /// Squares of what a hypothesis leaves over of data that took no part, as a fit weighs them.
+    pub(super) fn weighted_squares(&self, hypothesis: &Hypothesis) -> f64 {
+        let rest = hypothesis.held_out.iter().zip(&self.weights);
+        rest.map(|(r, w)| (r * w).powi(2)).sum()
+    }
+
+    /// What an effect gains where it is not, if that was asked.
+    pub(super) fn null(&self, id: &str) -> Option<&Null> {
+        self.nulls.iter().find(|null| null.id == id)
+    }
+}
+
+/// What an effect takes away where it is not.
+#[derive(Clone, Copy, Debug)]
+pub struct Null {
+    /// Which effect.
+    pub id: &'static str,
+    /// Gain of the held-out score, nats.
+    pub nats: f64,
+    /// The same where a rest below what is open counts, too.
+    pub nats_of_all: f64,
+    /// Times of what is open that are left without and with it.
+    pub times: [f64; 2],
+}
