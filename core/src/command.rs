@@ -5,6 +5,7 @@
 
 use crate::burst::{Burst, Quantity, Setting, Stage, Trigger};
 use crate::experiment::bounds::Refusal;
+use crate::experiment::fields::{read_experiment, write_experiment};
 use crate::experiment::{Bounds, Experiment};
 use crate::feed_forward::Span;
 use crate::observer::luenberger::BuildError;
@@ -485,80 +486,6 @@ pub fn parameter(name: &str) -> Option<u8> {
         .iter()
         .position(|entry| entry.name == name)
         .and_then(|place| u8::try_from(place).ok())
-}
-
-macro_rules! experiments {
-    ($($number:literal $variant:ident { $($field:ident: $type:ident),+ })+) => {
-        fn write_experiment(experiment: &Experiment<f32>, frame: &mut FrameWriter<'_>) {
-            match *experiment {
-                $(Experiment::$variant { $($field),+ } => {
-                    frame.u8($number);
-                    $(frame.$type($field);)+
-                })+
-            }
-        }
-
-        fn read_experiment(bytes: &mut Reader<'_>) -> Option<Experiment<f32>> {
-            Some(match bytes.u8()? {
-                $($number => Experiment::$variant { $($field: bytes.$type()?),+ },)+
-                _ => return None,
-            })
-        }
-
-        /// The experiment in the precision of the wire.
-        pub fn in_single_precision(experiment: &Experiment<f64>) -> Experiment<f32> {
-            trait Narrow<T> {
-                fn narrow(self) -> T;
-            }
-            impl Narrow<f32> for f64 {
-                fn narrow(self) -> f32 {
-                    self as f32
-                }
-            }
-            impl Narrow<u32> for u32 {
-                fn narrow(self) -> u32 {
-                    self
-                }
-            }
-            match *experiment {
-                $(Experiment::$variant { $($field),+ } => {
-                    Experiment::$variant { $($field: $field.narrow()),+ }
-                })+
-            }
-        }
-
-        /// Whether every value is a number, every time at least a tick, and what has a range within it.
-        pub fn is_playable(experiment: &Experiment<f32>) -> bool {
-            trait Usable {
-                fn usable(self) -> bool;
-            }
-            impl Usable for f32 {
-                fn usable(self) -> bool {
-                    self.is_finite()
-                }
-            }
-            impl Usable for u32 {
-                fn usable(self) -> bool {
-                    self > 0
-                }
-            }
-            match *experiment {
-                $(Experiment::$variant { $($field),+ } => experiment.is_in_range() $(&& $field.usable())+,)+
-            }
-        }
-    };
-}
-
-experiments! {
-    0 Sine { amplitude_nm: f32, period_ticks: u32 }
-    1 PulseThenOscillation { pulse_nm: f32, pulse_ticks: u32, mean_nm: f32, amplitude_nm: f32, period_ticks: u32 }
-    2 Reversals { amplitude_rad: f32, period_ticks: u32 }
-    3 SpeedLadder { top_rad_s: f32, ratio: f32, hold_ticks: u32 }
-    4 Prbs { amplitude_nm: f32, clock_ticks: u32 }
-    5 DahlRamp { amplitude_rad: f32, period_ticks: u32 }
-    6 RestAndBreakAway { peak_nm: f32, ramp_ticks: u32, dwell_ticks: u32 }
-    7 Multisine { amplitude_nm: f32, period_ticks: u32 }
-    8 Moves { length_rad: f32, move_ticks: u32, pause_ticks: u32, pauses: u32 }
 }
 
 #[cfg(test)]

@@ -112,9 +112,10 @@ impl<T: Real> Compensation<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::controller::{Controller, Input, Order};
+    use crate::controller::{Controller, Input};
     use crate::experiment::{Bounds, Experiment, Player, Reference};
     use crate::friction::{Friction, Motion, elasto_plastic};
+    use crate::order::Order;
     use crate::parameters::{BENCH, Parameters};
     use crate::stribeck::{Shape, Stribeck};
     use crate::supervisor::Request;

@@ -4,8 +4,9 @@
 use core::hint::cold_path;
 
 use crate::experiment::bounds::Begin;
-use crate::experiment::{Bounds, End, Experiment, Guard, Player, Reference};
+use crate::experiment::{Bounds, End, Guard, Player, Reference};
 use crate::feed_forward::FeedForward;
+use crate::order::Order;
 use crate::parameters::Config;
 use crate::real::Real;
 use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
@@ -13,30 +14,6 @@ use crate::tick;
 use crate::trace::{
     END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status,
 };
-
-/// What a command asks of the tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order {
-    /// Of the supervisor.
-    Request(Request),
-    /// Plays a signal within its bounds, if armed: its first reference, what plays the others, and the bounds. All were
-    /// made outside the tick, which has no time for divisions.
-    Play(Reference<f32>, Player<f32>, Guard),
-}
-
-impl Order {
-    /// To play an experiment within bounds.
-    pub fn play(
-        experiment: Experiment<f32>,
-        bounds: &Bounds<f32>,
-        tick_s: f32,
-        rad_per_count: f32,
-    ) -> Self {
-        let mut player = Player::new(experiment, tick_s);
-        let first = player.next_tick();
-        Self::Play(first, player, Guard::new(bounds, rad_per_count))
-    }
-}
 
 /// What the hardware says at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,6 +4,7 @@
 //! thesis (Aktas, ITU 2002), chapters 2.5, 3 and 4.5.
 
 pub mod bounds;
+pub mod fields;
 pub mod moves;
 pub mod multisine;
 

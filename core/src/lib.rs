@@ -23,6 +23,7 @@ pub mod experiment;
 pub mod feed_forward;
 pub mod friction;
 pub mod observer;
+pub mod order;
 pub mod parameters;
 pub mod real;
 pub mod status;

@@ -6,13 +6,13 @@
 
 use crate::compensation::Compensation;
 use crate::control::{BANDWIDTH_RAD_S, Cascade, FIFTH};
-use crate::controller::Order;
 use crate::encoder::Encoder;
 use crate::error::{ParameterError, require};
 use crate::experiment::{Bounds, Experiment};
 use crate::friction::ElastoPlastic;
 use crate::observer::Luenberger;
 use crate::observer::luenberger::{BuildError, Settings};
+use crate::order::Order;
 use crate::stribeck::{Shape, Stribeck, Table};
 use crate::supervisor::Limits;
 use crate::tick::{Tick, TorquePath};

@@ -8,7 +8,7 @@ use bristle_core::wire::OVERHEAD_BYTES;
 use core::cell::RefCell;
 use critical_section::Mutex;
 
-use crate::trace::send;
+use crate::link::send;
 
 static BURST: Mutex<RefCell<Burst<BURST_SAMPLES>>> = Mutex::new(RefCell::new(Burst::new()));
 

@@ -5,7 +5,7 @@
 
 use bristle_core::burst::BURST_SAMPLES;
 use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply};
-use bristle_core::controller::Order;
+use bristle_core::order::Order;
 use bristle_core::observer::luenberger::BuildError;
 use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::Request;
@@ -15,7 +15,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::rtt::Down;
-use crate::trace::{PARAMETER_VERSION, send};
+use crate::link::send;
+use crate::trace::PARAMETER_VERSION;
 use crate::{burst, exchange, timing};
 
 /// Signalled by the spare interrupt, every millisecond.

@@ -15,6 +15,7 @@ mod ccm;
 mod command;
 mod critical;
 mod exchange;
+mod link;
 mod log;
 mod output;
 mod ring;

@@ -3,31 +3,23 @@
 //! Runs in the spare interrupt, below the tick and above the command task: no command, however long, holds it up. What
 //! finds no room on the link is dropped whole and counted; nothing ever waits for a host.
 
-use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use bristle_core::status::{PROTOCOL_VERSION, Report};
 use bristle_core::supervisor::Fault;
 use bristle_core::trace::{self as wire, MOST_SAMPLES, Record, SAMPLE_BYTES};
 use bristle_core::wire::OVERHEAD_BYTES;
-use critical_section::Mutex;
 
 use crate::log::LOG_FRAMES_DROPPED;
+use crate::link::{self, FRAMES_DROPPED, send};
 use crate::rtt::Up;
 use crate::{burst, exchange, timing};
 
 /// Most frames in one run, so that a run has an end: 128 samples, when 10 have come since the last one.
 const MOST_FRAMES: usize = 4;
 
-/// Binary frames that found no room on the link.
-#[unsafe(no_mangle)]
-pub static FRAMES_DROPPED: AtomicU32 = AtomicU32::new(0);
-
 /// Version of the parameters in use.
 pub static PARAMETER_VERSION: AtomicU32 = AtomicU32::new(0);
-
-/// The binary up channel, shared with the command task's replies.
-static LINK: Mutex<RefCell<Option<Up>>> = Mutex::new(RefCell::new(None));
 
 /// What a run keeps for the next one.
 pub struct Trace {
@@ -39,8 +31,8 @@ pub struct Trace {
 
 impl Trace {
     /// Opens the link.
-    pub fn new(samples: exchange::SampleOut, link: Up) -> Self {
-        critical_section::with(|cs| LINK.borrow_ref_mut(cs).replace(link));
+    pub fn new(samples: exchange::SampleOut, up: Up) -> Self {
+        link::open(up);
         Self {
             samples,
             last: Record::default(),
@@ -122,17 +114,4 @@ impl Trace {
             run_cycles: [of(&stats.run_cycles), of(&stats.most_run_cycles)],
         }
     }
-}
-
-/// Puts a frame on the link, whole or not at all.
-pub fn send(bytes: &[u8]) {
-    critical_section::with(|cs| {
-        if let Some(link) = LINK.borrow_ref_mut(cs).as_mut() {
-            link.begin();
-            link.put(bytes);
-            if !link.end() {
-                FRAMES_DROPPED.fetch_add(1, Ordering::Relaxed);
-            }
-        }
-    });
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::experiment::fields::is_playable;
 use crate::wire::Decoder;
 use proptest::prelude::*;
 
@@ -150,18 +151,6 @@ fn every_reply_comes_back() {
         assert_eq!(Reply::read(&frame), Some((7, reply)));
         assert_eq!(Command::read(&frame).1, None);
     }
-}
-
-#[test]
-fn what_cannot_be_played_is_seen() {
-    assert!(!is_playable(&Experiment::Sine {
-        amplitude_nm: f32::NAN,
-        period_ticks: 1
-    }));
-    assert!(!is_playable(&Experiment::Prbs {
-        amplitude_nm: 1.0,
-        clock_ticks: 0
-    }));
 }
 
 #[test]

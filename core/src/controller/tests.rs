@@ -1,4 +1,5 @@
 use super::*;
+use crate::experiment::Experiment;
 use crate::parameters::{BENCH, Parameters};
 use std::vec::Vec;
 

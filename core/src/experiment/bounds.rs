@@ -3,8 +3,8 @@
 //! What it asks for is compared with its bounds before it starts. While it plays, the tick compares what the axis does,
 //! and ends it at the first bound that is passed. The supervisor's own limits lie beyond and stay faults.
 
-use super::{Experiment, moves, multisine};
-use crate::command::is_playable;
+use super::Experiment;
+use super::fields::is_playable;
 use crate::real::Real;
 use crate::supervisor::codes;
 
@@ -111,16 +111,6 @@ impl<T: Real> Experiment<T> {
                 speed_rad_s: top_rad_s.abs(),
                 torque_nm: T::ZERO,
             },
-        }
-    }
-
-    /// Whether its numbers are within the ranges in which it is what its name says; times and finiteness apart.
-    pub(crate) fn is_in_range(&self) -> bool {
-        match *self {
-            Self::SpeedLadder { ratio, .. } => ratio > T::ZERO && ratio <= T::ONE,
-            Self::Multisine { period_ticks, .. } => period_ticks >= multisine::LEAST_PERIOD_TICKS,
-            Self::Moves { pauses, .. } => pauses <= moves::MOST_PAUSES,
-            _ => true,
         }
     }
 }

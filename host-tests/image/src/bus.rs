@@ -5,14 +5,9 @@ use crate::interrupts::{Interrupts, PENDSV, SYSTICK};
 use crate::names;
 use crate::pins::{Dac, EncoderCounter, Inputs, Outputs, Still, World};
 use crate::registers::{MODELLED, Model, PORT, PORTS};
-use crate::timer::Timer;
+use crate::timer::{TICK, TIME, Timer};
 use crate::watchdog::Watchdog;
 use std::collections::HashMap;
-
-/// Index of TIM7, the tick.
-pub const TICK: usize = 0;
-/// Index of TIM15, which a time driver may use.
-pub const TIME: usize = 1;
 
 /// Interrupt controller's registers.
 const NVIC: u32 = 0xe000_e100;

@@ -323,7 +323,7 @@ impl Machine {
     /// Why it could not.
     pub fn run_tick(&mut self, at_most: u64) -> Result<(), Stop> {
         let now = self.cycles();
-        let next = self.bus().timers[crate::bus::TICK].next_event(now);
+        let next = self.bus().timers[crate::timer::TICK].next_event(now);
         self.run_until(next.unwrap_or(u64::MAX).min(at_most))
     }
 

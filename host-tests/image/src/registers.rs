@@ -1,6 +1,6 @@
 //! The registers that are modelled, and what each of them does.
 
-use crate::bus::{TICK, TIME};
+use crate::timer::{TICK, TIME};
 use crate::{clocks, timer, watchdog};
 
 /// What a register does.

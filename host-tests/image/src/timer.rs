@@ -1,5 +1,10 @@
 //! A counting timer: prescaler, reload, compare channels, flags. Counts up only; that is all the image uses.
 
+/// Index of TIM7, the tick.
+pub const TICK: usize = 0;
+/// Index of TIM15, which a time driver may use.
+pub const TIME: usize = 1;
+
 /// Bits of SR and DIER: update, and compare 1 to 4.
 const UPDATE: u32 = 1;
 const CEN: u32 = 1;

@@ -4,8 +4,9 @@ mod common;
 #[path = "common/reference.rs"]
 mod reference;
 
-use bristle_core::command::{Command, Reply, in_single_precision};
+use bristle_core::command::{Command, Reply};
 use bristle_core::experiment::bounds::Refusal;
+use bristle_core::experiment::fields::in_single_precision;
 use bristle_core::experiment::{Bounds, End, Experiment};
 use bristle_core::parameters::BENCH;
 use bristle_core::trace::Record;

@@ -2,7 +2,7 @@
 //! model, every observer, the experiments, and the whole controller. Each gives a stream of bits.
 
 use bristle_core::Real;
-use bristle_core::controller::{Controller, Input, Order};
+use bristle_core::controller::{Controller, Input};
 use bristle_core::experiment::{Bounds, Experiment, Player, Reference, sine_of_turns};
 use bristle_core::friction::armstrong::Armstrong;
 use bristle_core::friction::bliman_sorine::BlimanSorine;
@@ -17,6 +17,7 @@ use bristle_core::friction::stiction::{GeneralStatic, Stiction};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion};
 use bristle_core::observer::reduced_order::{self, System};
 use bristle_core::observer::{ReducedOrder, TimeFreeFixed, luenberger, time_free, time_free_fixed};
+use bristle_core::order::Order;
 use bristle_core::parameters::BENCH;
 use bristle_core::stribeck::{Curve, Shape, Stribeck, Table};
 use bristle_core::supervisor::Request;

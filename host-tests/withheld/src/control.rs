@@ -2,7 +2,14 @@
 
 use crate::axis::Axis;
 use crate::draw::Draw;
-use crate::experiment::Target;
+
+/// Reference of a closed loop at a sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Target {
+    pub(crate) q: f64,
+    pub(crate) v: f64,
+    pub(crate) a: f64,
+}
 
 /// Position and velocity gains of a loop.
 #[derive(Clone, Copy, Debug)]

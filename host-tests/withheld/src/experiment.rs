@@ -1,17 +1,9 @@
 //! What an axis is made to do: speed ladder, sines with reversals, multisine torque, rest and break-away, moves.
 
 use crate::axis::Axis;
-use crate::control::Gains;
+use crate::control::{Gains, Target};
 use crate::draw::Draw;
 use std::f64::consts::TAU;
-
-/// Reference of a closed loop at a sample.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Target {
-    pub(crate) q: f64,
-    pub(crate) v: f64,
-    pub(crate) a: f64,
-}
 
 /// One log's experiment, sample by sample.
 pub(crate) struct Experiment {

@@ -317,7 +317,7 @@ fn substep(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Target;
+    use crate::control::Target;
     use crate::form::Now;
     use std::f64::consts::TAU;
 

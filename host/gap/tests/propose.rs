@@ -1,6 +1,6 @@
 //! A proposed plan stays within limits and time, is worth more than any experiment alone, and says what cannot be shown.
 
-use bristle_core::command::in_single_precision;
+use bristle_core::experiment::fields::in_single_precision;
 use bristle_core::experiment::{Bounds, End};
 use bristle_gap::believed::Noise;
 use bristle_gap::identify::Verdict;

@@ -7,7 +7,8 @@
 #[path = "../../../../firmware/src/ring.rs"]
 mod ring;
 
-use bristle_core::controller::{Controller, Input, Order};
+use bristle_core::controller::{Controller, Input};
+use bristle_core::order::Order;
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};

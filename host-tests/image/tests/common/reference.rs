@@ -1,8 +1,9 @@
 //! The experiment of the thesis, and what `core` makes of it on the host.
 
-use bristle_core::controller::{Controller, Input, Order};
+use bristle_core::controller::{Controller, Input};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::feed_forward::FeedForward;
+use bristle_core::order::Order;
 use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::{Request, State};
 use bristle_core::trace::{FLAG_EXPERIMENT, Record};

@@ -4,9 +4,11 @@ mod answer;
 mod answerer;
 mod calibration;
 mod make;
+mod miss;
 mod misses;
 mod open;
 mod page;
+mod path;
 mod score;
 mod seal;
 #[cfg(test)]

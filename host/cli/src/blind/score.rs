@@ -1,6 +1,7 @@
 //! What an answer is worth, given what was withheld.
 
-use super::misses::{Miss, why};
+use super::miss::{Miss, why};
+use super::path::{list, text};
 use super::seal::Answer;
 use bristle_withheld::{Class, LISTED, Truth};
 use serde::Serialize;
@@ -93,18 +94,6 @@ pub struct Outcome {
     pub error: Option<String>,
     /// Why the answer is wrong, if it is.
     pub miss: Option<Miss>,
-}
-
-pub(super) fn text<'a>(value: &'a Value, path: &str) -> &'a str {
-    value
-        .pointer(path)
-        .and_then(Value::as_str)
-        .unwrap_or_default()
-}
-
-pub(super) fn list<'a>(value: &'a Value, path: &str) -> impl Iterator<Item = &'a Value> {
-    let list = value.pointer(path).and_then(Value::as_array);
-    list.into_iter().flatten()
 }
 
 fn family(a: &str, b: &str) -> bool {

@@ -3,7 +3,6 @@
 use super::steps::{Found, Step};
 use crate::output::short;
 use bristle_gap::identify::joint::{Errors, Identified, Provenance, Usable};
-use bristle_gap::inverse::has_bristles;
 use bristle_gap::report::{Plot, Report, Table};
 use bristle_gap::{AxisFile, Unit};
 use std::f64::consts::TAU;
@@ -107,7 +106,7 @@ struct Stick {
 fn presliding(report: Report, identified: &Identified, steps: &[Step], unit: Unit) -> Report {
     let mut sticks = Vec::new();
     let believed = identified.joint.believed();
-    if has_bristles(believed.model) {
+    if believed.model.has_bristles() {
         sticks.push(Stick {
             name: "joint fit".to_string(),
             inertia: believed.whole_inertia_kg_m2(),
@@ -206,7 +205,7 @@ fn dahl(report: Report, identified: &Identified, steps: &[Step], unit: Unit) -> 
         .title("Slow loop of friction over position")
         .y("friction", unit.effort());
     let mut any = false;
-    if has_bristles(believed.model)
+    if believed.model.has_bristles()
         && let Ok(mut contact) = believed.contact(believed.model)
     {
         // Three z_ss either way, slow against bristles and Stribeck velocity.

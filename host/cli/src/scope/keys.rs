@@ -1,8 +1,9 @@
 //! What the keys do.
 
 use super::{Plots, Scope, WINDOWS_S};
-use bristle_core::command::{Command, in_single_precision};
+use bristle_core::command::Command;
 use bristle_core::experiment::Bounds;
+use bristle_core::experiment::fields::in_single_precision;
 use bristle_gap::plan::Step;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 

@@ -220,6 +220,21 @@ named! {
     }
 }
 
+impl FrictionModel {
+    /// Whether friction depends on a deflection of stiffness sigma0.
+    pub fn has_bristles(self) -> bool {
+        matches!(
+            self,
+            Self::Armstrong
+                | Self::BlimanSorine
+                | Self::Bristle
+                | Self::Dahl
+                | Self::ElastoPlastic
+                | Self::Lugre
+        )
+    }
+}
+
 named! {
     /// How the level falls from stiction to Coulomb friction.
     StribeckShape {

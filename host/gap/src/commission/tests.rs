@@ -264,7 +264,7 @@ fn with_the_outcome_the_loops_hold_the_axis() {
         torque_nm: plan.bounds.torque_nm as f32,
         ticks: 40_000,
     };
-    let experiment = bristle_core::command::in_single_precision(&plan.experiment);
+    let experiment = bristle_core::experiment::fields::in_single_precision(&plan.experiment);
     let mut bench = Virtual::new(&axis, &real, Noise::default(), 1).unwrap();
     let mut furthest = 0.0_f64;
     let seen = bench.play(&experiment, &bounds, &mut |sample, _| {

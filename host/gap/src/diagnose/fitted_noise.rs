@@ -3,7 +3,7 @@
 use super::axis_at::axis_at;
 use super::likelihood::{Noise, Own};
 use super::regime::{Node, nodes};
-use crate::inverse::{Model, Record, has_bristles, twins};
+use crate::inverse::{Model, Record, twins};
 use bristle_plant::effect::Scale;
 
 /// Where friction is whatever holds, it is known to this part of itself while the axis hardly moves.
@@ -18,7 +18,7 @@ pub(super) fn noise_of(
     own: &Own,
 ) -> Noise {
     let believed = &model.believed;
-    let holds_nm = if has_bristles(believed.model) {
+    let holds_nm = if believed.model.has_bristles() {
         0.0
     } else {
         HELD * believed.coulomb_nm

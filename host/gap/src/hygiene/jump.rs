@@ -21,7 +21,7 @@ pub struct Jump {
 /// one on both sides.
 pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Option<Jump> {
     let near = group.start.checked_sub(1)?..(group.end + 1).min(q.len());
-    let slope = super::position::slope_before(q, group.start);
+    let slope = slope_before(q, group.start);
     let step = |k: &usize| (q[*k] - q[k - 1] - slope).abs();
     let sample = (near.start + 1..near.end).max_by(|a, b| step(a).total_cmp(&step(b)))?;
     // What the group holds besides is on neither side.
@@ -41,6 +41,16 @@ pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Opt
         size_rad: solved[3],
         allowed_rad,
     })
+}
+
+/// Mean step of the ten samples up to `k`, before whatever happens there.
+pub(super) fn slope_before(q: &[f64], k: usize) -> f64 {
+    let last = k.saturating_sub(1);
+    let from = last.saturating_sub(10);
+    if last == from {
+        return 0.0;
+    }
+    (q[last] - q[from]) / (last - from) as f64
 }
 
 #[cfg(test)]

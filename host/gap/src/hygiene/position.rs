@@ -1,6 +1,6 @@
 //! Positions: whether they move, on which grid, and whether effort and inertia could have moved them so.
 
-use super::jump::{Jump, measured};
+use super::jump::{Jump, measured, slope_before};
 use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
@@ -429,16 +429,6 @@ fn stops_dead(limits: &Limits, q: &[f64], still: &Range<usize>, step_s: f64, usu
         })
     };
     turns(still.start) || turns(still.end - 1)
-}
-
-/// Mean step of the ten samples up to `k`, before whatever happens there.
-pub(super) fn slope_before(q: &[f64], k: usize) -> f64 {
-    let last = k.saturating_sub(1);
-    let from = last.saturating_sub(10);
-    if last == from {
-        return 0.0;
-    }
-    (q[last] - q[from]) / (last - from) as f64
 }
 
 fn second_differences(q: &[f64]) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! What of the simulator itself may move, and how far it is believed.
 
-use super::model::{Added, Free, Model, Own, Owner, has_bristles};
+use super::model::{Added, Free, Model, Own, Owner};
 use super::record::Record;
 use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
@@ -99,7 +99,7 @@ fn own(believed: &Believed, records: &[Record], scale: &Scale, doubt: f64) -> Ve
     let visible = records
         .iter()
         .all(|record| scale.z_ss_rad > COUNTS_TO_SEE_PRESLIDING * record.rad_per_count);
-    if has_bristles(believed.model) && visible {
+    if believed.model.has_bristles() && visible {
         let stiffness = believed.stiffness_nm_rad;
         about(Own::Stiffness, stiffness, 2.0 * doubt, wide(stiffness));
         if believed.damping_nm_s_rad > 0.0 {

@@ -5,7 +5,6 @@
 
 use super::follow::{MakeSensors, Rubbing, Running, left_over};
 use super::record::Record;
-use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
 use crate::error::InputError;
 use bristle_plant::Unit;
@@ -425,7 +424,10 @@ impl Point {
                 friction_on_motor: false,
             }),
             contact: believed.contact(believed.model)?,
-            stiffness_nm_rad: has_bristles(believed.model).then_some(believed.stiffness_nm_rad),
+            stiffness_nm_rad: believed
+                .model
+                .has_bristles()
+                .then_some(believed.stiffness_nm_rad),
             drive: DriveConfig {
                 delay_samples: 0,
                 ..record.drive(believed.drive)
@@ -445,13 +447,4 @@ impl Point {
             times,
         })
     }
-}
-
-/// Whether a model's friction depends on a deflection of stiffness sigma0.
-pub fn has_bristles(model: FrictionModel) -> bool {
-    use FrictionModel::{Armstrong, BlimanSorine, Bristle, Dahl, ElastoPlastic, Lugre};
-    matches!(
-        model,
-        Armstrong | BlimanSorine | Bristle | Dahl | ElastoPlastic | Lugre
-    )
 }

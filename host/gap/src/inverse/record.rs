@@ -1,7 +1,6 @@
 //! A log prepared for inverse dynamics: even stretches of effort and smoothed motion, at some 2 kHz at most.
 
 use super::kernel::Kernel;
-use super::model::has_bristles;
 use super::motion::{position_noise_rad, resting_on_edges, shortest_path, smooth};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
@@ -92,7 +91,7 @@ impl Record {
         let position = log.position_rad(axis)?;
         let sensor = shown(&position, log.median_step_s(), believed.rad_per_count());
         let rad_per_count = believed.rad_per_count().max(sensor.coarse_rad());
-        let coarse = has_bristles(believed.model)
+        let coarse = believed.model.has_bristles()
             && believed.coulomb_nm < COARSE * rad_per_count * believed.stiffness_nm_rad;
         let kind = log.best_effort(axis)?.kind;
         let original_s = log.median_step_s();

@@ -10,7 +10,7 @@ mod write;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::experiments::Named;
-use bristle_core::command::{in_single_precision, is_playable};
+use bristle_core::experiment::fields::{in_single_precision, is_playable};
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_plant::Unit;
 use fields::{Bound, Time};

@@ -17,7 +17,7 @@ use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::experiments::Named;
 use crate::identify::joint::{Bias, Covariance, Estimate, MODELS, estimates};
-use crate::inverse::{Free, OFFSET, Own, Owner, Record, has_bristles};
+use crate::inverse::{Free, OFFSET, Own, Owner, Record};
 use crate::plan::{Plan, Step};
 use crate::run::way_back_s;
 use bristle_plant::Unit;
@@ -408,7 +408,7 @@ fn expected(
 /// What the model has and no experiment can show.
 fn hidden(axis: &Believed, free: impl Iterator<Item = Owner>) -> Vec<(String, String)> {
     let free: Vec<Owner> = free.collect();
-    if !has_bristles(axis.model) || free.contains(&Owner::Own(Own::Stiffness)) {
+    if !axis.model.has_bristles() || free.contains(&Owner::Own(Own::Stiffness)) {
         return Vec::new();
     }
     let counts = axis.coulomb_nm / axis.stiffness_nm_rad / axis.rad_per_count();

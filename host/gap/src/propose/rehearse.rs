@@ -9,7 +9,7 @@ use crate::inverse::{Free, Record};
 use crate::log::{Effort, EffortKind, Log, Position, PositionKind};
 use crate::plan::{Step, travel_limit_rad};
 use crate::run::{Bench, Virtual};
-use bristle_core::command::in_single_precision;
+use bristle_core::experiment::fields::in_single_precision;
 use bristle_core::experiment::{Bounds, End};
 use nalgebra::DMatrix;
 use std::path::Path;

@@ -11,7 +11,7 @@ use crate::believed::Believed;
 use crate::capture::{About, Layout, Recorder, Sample};
 use crate::error::InputError;
 use crate::plan::{Plan, Step, travel_limit_rad};
-use bristle_core::command::in_single_precision;
+use bristle_core::experiment::fields::in_single_precision;
 use bristle_core::experiment::{Bounds, End, Experiment};
 use bristle_core::supervisor::Fault;
 use bristle_core::trace::FLAG_EXPERIMENT;

@@ -4,7 +4,7 @@ mod scoring;
 mod seals;
 mod withholding;
 
-use super::misses::Reason;
+use super::miss::Reason;
 use super::score::{Outcome, score};
 use super::seal::{self, Answer};
 use bristle_withheld::{Changed, Class, Effect, Truth};

@@ -6,7 +6,7 @@ use crate::axis_file::{AxisFile, FrictionModel};
 use crate::believed::Believed;
 use crate::diagnose::{Background, Node, Noise, nodes};
 use crate::error::InputError;
-use crate::inverse::{self, Fit, Free, Model, Own, Owner, Point, Record, has_bristles, scale};
+use crate::inverse::{self, Fit, Free, Model, Own, Owner, Point, Record, scale};
 use crate::signal::rms;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Scale};
@@ -131,7 +131,7 @@ impl Data {
     pub fn weigh(&mut self, joint: &Joint) {
         let point = joint.model.at(&joint.fit.at);
         let believed = point.believed();
-        let stiffness = if has_bristles(joint.kind) {
+        let stiffness = if joint.kind.has_bristles() {
             believed.stiffness_nm_rad
         } else {
             0.0
@@ -440,7 +440,7 @@ fn starts(data: &Data, file: &AxisFile, kind: FrictionModel) -> Vec<AxisFile> {
     if deflections.first().is_none_or(|&z| z > 2.0 * least) && least > 0.0 {
         deflections.push(least);
     }
-    if !has_bristles(kind) {
+    if !kind.has_bristles() {
         deflections.truncate(1);
     } else if let (Some(coulomb), Some(stiffness)) =
         (file.friction.coulomb, file.friction.stiffness)

@@ -4,7 +4,9 @@
 //! blind to whether a loop was closed, and an error of one moment is not carried into the next. Output error over windows
 //! and in free running checks the result.
 
+mod axis;
 mod choice;
+mod covariance;
 mod file;
 mod fit;
 mod interval;
@@ -12,10 +14,12 @@ mod output_error;
 mod start;
 mod twin;
 
+pub use axis::axis_file;
 pub use choice::{Compared, MODELS, compare};
-pub use file::{Provenance, axis_file, to_toml};
+pub use covariance::Covariance;
+pub use file::{Provenance, to_toml};
 pub use fit::{Data, Joint, Search, Weighting, entries};
-pub use interval::{BREAKAWAY_SCALE, Covariance, Estimate, IDENTIFIED, estimates};
+pub use interval::{BREAKAWAY_SCALE, Estimate, IDENTIFIED, estimates};
 pub use output_error::{WINDOW_S, free_run, windowed};
 pub use start::{prepare, records};
 pub use twin::Bias;
@@ -217,7 +221,7 @@ fn best_of(fits: &[Joint]) -> &Joint {
 /// # Errors
 /// The friction model refuses the parameters.
 pub fn errors(joint: &Joint, records: &[Record]) -> Result<Vec<Errors>, InputError> {
-    let simulated = file::simulated(joint);
+    let simulated = axis::simulated(joint);
     records
         .par_iter()
         .map(|record| {

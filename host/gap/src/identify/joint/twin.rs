@@ -4,9 +4,9 @@
 //!
 //! Source: indirect inference, Gourieroux, Monfort, Renault 1993, J. Appl. Econometrics 8.
 
-use super::file::simulated;
+use super::axis::simulated;
+use super::covariance::{Covariance, is_curved};
 use super::fit::{Data, Joint};
-use super::interval::{Covariance, is_curved};
 use crate::diagnose::nodes;
 use crate::error::InputError;
 use crate::inverse::{self, Own, Owner};

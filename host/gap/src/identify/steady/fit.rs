@@ -4,16 +4,14 @@
 //! some tens of points, too few to hold any back. A curve within two of the best is no worse; of those the one with the
 //! fewest parameters is taken.
 
-use super::curve::{Linear, Normal, Row, rows};
-use super::profile::{self, Grid};
+use super::curve::rows;
+use super::problem::Problem;
+use super::profile;
 use super::{SteadyMap, SteadyPoint};
 use crate::axis_file::StribeckShape;
 use crate::error::InputError;
 use crate::identify::{Estimate, LEVEL, Parameter, Verdict};
 use bristle_core::stribeck::{Curve, Stribeck};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// The equation with one curve.
@@ -117,7 +115,7 @@ pub fn fit(map: &SteadyMap) -> Result<SteadyFit, InputError> {
     };
     let fits: Vec<CurveFit> = StribeckShape::ALL
         .iter()
-        .filter_map(|&shape| problem.fit(shape))
+        .filter_map(|&shape| fit_curve(&problem, shape))
         .collect();
     if fits.is_empty() {
         return Err(InputError::new(
@@ -218,196 +216,38 @@ fn falls(parameter: Parameter) -> bool {
     )
 }
 
-pub(super) struct Problem<'a> {
-    pub rows: &'a [Row],
-    pub both_ways: bool,
-    /// Slowest and fastest speed.
-    pub low: f64,
-    pub high: f64,
-}
-
-/// A curve's own parameters with what they leave: v_s, d, the sum of squares and the linear parameters.
-#[derive(Clone, Copy)]
-pub(super) struct Optimum {
-    pub velocity: f64,
-    pub exponent: f64,
-    pub sum: f64,
-    pub linear: Linear,
-}
-
-/// Exponents of the generalised exponential curve: below one half it has no end, above six it is a step.
-const EXPONENTS: [f64; 2] = [0.5, 6.0];
-
-impl Problem<'_> {
-    fn fit(&self, shape: StribeckShape) -> Option<CurveFit> {
-        let parameters = 2
-            + usize::from(self.both_ways)
-            + match shape {
-                StribeckShape::Constant => 0,
-                StribeckShape::GeneralisedExponential => 3,
-                _ => 2,
-            };
-        let points = self.rows.len();
-        // The criterion divides by n - k - 1, and k counts the variance too.
-        if points < parameters + 3 {
-            return None;
-        }
-        let best = self.optimum(shape)?;
-        let free = (points - parameters) as f64;
-        let quantile = FisherSnedecor::new(1.0, free).ok()?.inverse_cdf(LEVEL);
-        let limit = best.sum * (1.0 + quantile / free);
-        let (n, k) = (points as f64, (parameters + 1) as f64);
-        let mut fit = CurveFit {
-            shape,
-            offset_nm: best.linear[0],
-            viscous_nm_s_rad: best.linear[1],
-            coulomb_nm: best.linear[2],
-            stiction_nm: best.linear[2] + best.linear[3],
-            stribeck_velocity_rad_s: (shape != StribeckShape::Constant).then_some(best.velocity),
-            stribeck_exponent: (shape == StribeckShape::GeneralisedExponential)
-                .then_some(best.exponent),
-            residual_rms_nm: (best.sum / n).sqrt(),
-            evidence: n * (best.sum / n).ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0),
-            estimates: Vec::new(),
+/// The fit with a curve; none where it has too many parameters for the points.
+fn fit_curve(problem: &Problem<'_>, shape: StribeckShape) -> Option<CurveFit> {
+    let parameters = 2
+        + usize::from(problem.both_ways)
+        + match shape {
+            StribeckShape::Constant => 0,
+            StribeckShape::GeneralisedExponential => 3,
+            _ => 2,
         };
-        fit.estimates = profile::estimates(self, &fit, &best, limit);
-        Some(fit)
+    let points = problem.rows.len();
+    // The criterion divides by n - k - 1, and k counts the variance too.
+    if points < parameters + 3 {
+        return None;
     }
-
-    /// The sum of squares that a curve with these parameters of its own leaves.
-    pub fn at(&self, shape: StribeckShape, velocity: f64, exponent: f64) -> Option<Optimum> {
-        let normal = Normal::new(self.rows, shape, velocity, exponent, self.both_ways)?;
-        let (sum, linear) = normal.solve(None)?;
-        Some(Optimum {
-            velocity,
-            exponent,
-            sum,
-            linear,
-        })
-    }
-
-    /// Every setting that is tried of a curve's own parameters.
-    pub fn grid(&self, shape: StribeckShape) -> Grid {
-        // Beyond these the curve is a step at rest, or a straight line over the whole range of speeds.
-        let velocities = [0.2 * self.low, 5.0 * self.high];
-        match shape {
-            StribeckShape::Constant => Grid::new([1.0; 2], 1, [2.0; 2], 1),
-            StribeckShape::GeneralisedExponential => Grid::new(velocities, 60, EXPONENTS, 16),
-            _ => Grid::new(velocities, 100, [2.0; 2], 1),
-        }
-    }
-
-    /// The best points of the grid, each followed downhill: the sum of squares has valleys.
-    fn optimum(&self, shape: StribeckShape) -> Option<Optimum> {
-        const STARTS: usize = 4;
-        let grid = self.grid(shape);
-        let mut tried: Vec<Optimum> = grid
-            .points()
-            .filter_map(|(v, d)| self.at(shape, v, d))
-            .collect();
-        tried.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-        tried.truncate(STARTS);
-        if shape != StribeckShape::Constant {
-            let polished: Vec<Optimum> = tried
-                .iter()
-                .filter_map(|start| Downhill::run(self, shape, &grid, start))
-                .collect();
-            tried.extend(polished);
-        }
-        tried.into_iter().min_by(|a, b| a.sum.total_cmp(&b.sum))
-    }
-
-    /// What would show a fall that these speeds do not.
-    pub fn slower(&self) -> String {
-        format!(
-            "no fall from stiction is seen from {:.3e} to {:.3e} rad/s: v_s and F_S need slower points, or a \
-             break-away experiment for F_S",
-            self.low, self.high
-        )
-    }
-}
-
-/// The residuals over the curve's own parameters in their logarithms, with the linear ones solved for at each step.
-struct Downhill<'a> {
-    problem: &'a Problem<'a>,
-    shape: StribeckShape,
-    grid: &'a Grid,
-    at: DVector<f64>,
-}
-
-impl<'a> Downhill<'a> {
-    fn run(
-        problem: &'a Problem<'a>,
-        shape: StribeckShape,
-        grid: &'a Grid,
-        start: &Optimum,
-    ) -> Option<Optimum> {
-        let mut at = vec![start.velocity.ln()];
-        if shape == StribeckShape::GeneralisedExponential {
-            at.push(start.exponent.ln());
-        }
-        let downhill = Self {
-            problem,
-            shape,
-            grid,
-            at: DVector::from_vec(at),
-        };
-        LevenbergMarquardt::new()
-            .with_patience(50)
-            .minimize(downhill)
-            .0
-            .optimum(None)
-    }
-
-    fn optimum(&self, at: Option<&DVector<f64>>) -> Option<Optimum> {
-        let at = at.unwrap_or(&self.at);
-        let exponent = at.get(1).map_or(2.0, |d| d.exp());
-        let (velocity, exponent) = self.grid.within(at[0].exp(), exponent);
-        self.problem.at(self.shape, velocity, exponent)
-    }
-
-    fn left(&self, at: Option<&DVector<f64>>) -> Option<DVector<f64>> {
-        let optimum = self.optimum(at)?;
-        let kind = super::curve::shape(self.shape, optimum.velocity, optimum.exponent);
-        let curve = Stribeck::new(1.0, 2.0, kind).ok()?;
-        let rows = self.problem.rows.iter().map(|row| {
-            let columns =
-                super::curve::columns(row.velocity, curve.level_nm(row.velocity.abs()) - 1.0);
-            row.weight.sqrt() * (row.torque - columns.dot(&optimum.linear))
-        });
-        Some(DVector::from_iterator(self.problem.rows.len(), rows))
-    }
-}
-
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Downhill<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, at: &DVector<f64>) {
-        self.at.copy_from(at);
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.at.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        self.left(None)
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        // Central differences: the cube root of the rounding.
-        const STEP: f64 = 1e-5;
-        let mut jacobian = DMatrix::zeros(self.problem.rows.len(), self.at.len());
-        for i in 0..self.at.len() {
-            let moved = |step: f64| {
-                let mut at = self.at.clone();
-                at[i] += step;
-                self.left(Some(&at))
-            };
-            jacobian.set_column(i, &((moved(STEP)? - moved(-STEP)?) / (2.0 * STEP)));
-        }
-        Some(jacobian)
-    }
+    let best = problem.optimum(shape)?;
+    let free = (points - parameters) as f64;
+    let quantile = FisherSnedecor::new(1.0, free).ok()?.inverse_cdf(LEVEL);
+    let limit = best.sum * (1.0 + quantile / free);
+    let (n, k) = (points as f64, (parameters + 1) as f64);
+    let mut fit = CurveFit {
+        shape,
+        offset_nm: best.linear[0],
+        viscous_nm_s_rad: best.linear[1],
+        coulomb_nm: best.linear[2],
+        stiction_nm: best.linear[2] + best.linear[3],
+        stribeck_velocity_rad_s: (shape != StribeckShape::Constant).then_some(best.velocity),
+        stribeck_exponent: (shape == StribeckShape::GeneralisedExponential)
+            .then_some(best.exponent),
+        residual_rms_nm: (best.sum / n).sqrt(),
+        evidence: n * (best.sum / n).ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0),
+        estimates: Vec::new(),
+    };
+    fit.estimates = profile::estimates(problem, shape, &best, limit);
+    Some(fit)
 }

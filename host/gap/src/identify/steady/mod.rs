@@ -5,6 +5,7 @@
 
 mod curve;
 mod fit;
+mod problem;
 mod profile;
 mod stretches;
 

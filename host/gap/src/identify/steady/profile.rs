@@ -5,64 +5,17 @@
 //! approximation would give v_s a bounded interval on data that show no fall at all.
 
 use super::curve::{Held, Linear, Normal};
-use super::fit::{CurveFit, Optimum, Problem};
+use super::problem::{Optimum, Problem, spread};
 use crate::axis_file::StribeckShape;
 use crate::identify::{Estimate, Parameter, Verdict};
-
-/// Settings of a curve's own parameters, even in their logarithms.
-#[derive(Clone, Copy)]
-pub(super) struct Grid {
-    velocities: [f64; 2],
-    velocity_count: usize,
-    exponents: [f64; 2],
-    exponent_count: usize,
-}
-
-impl Grid {
-    pub fn new(
-        velocities: [f64; 2],
-        velocity_count: usize,
-        exponents: [f64; 2],
-        exponent_count: usize,
-    ) -> Self {
-        Self {
-            velocities,
-            velocity_count,
-            exponents,
-            exponent_count,
-        }
-    }
-
-    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
-        let (exponents, count) = (self.exponents, self.exponent_count);
-        spread(self.velocities, self.velocity_count).flat_map(move |velocity| {
-            spread(exponents, count).map(move |exponent| (velocity, exponent))
-        })
-    }
-
-    /// The nearest setting inside the bounds.
-    pub fn within(&self, velocity: f64, exponent: f64) -> (f64, f64) {
-        let clamp = |x: f64, [low, high]: [f64; 2]| x.max(low).min(high);
-        (
-            clamp(velocity, self.velocities),
-            clamp(exponent, self.exponents),
-        )
-    }
-}
-
-fn spread([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
-    let ratio = (high / low).ln() / count.saturating_sub(1).max(1) as f64;
-    (0..count).map(move |i| low * (ratio * i as f64).exp())
-}
 
 /// Every parameter of a fit with its interval.
 pub(super) fn estimates(
     problem: &Problem<'_>,
-    fit: &CurveFit,
+    shape: StribeckShape,
     best: &Optimum,
     limit: f64,
 ) -> Vec<Estimate> {
-    let shape = fit.shape;
     let grid = problem.grid(shape);
     let falls = shape != StribeckShape::Constant;
     let velocity = own(
@@ -139,10 +92,10 @@ pub(super) fn estimates(
     let unit = |i: usize| Linear::from_fn(|j, _| if i == j { 1.0 } else { 0.0 });
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
     let coulomb = linear(unit(2), 0.0);
-    let friction = fit.coulomb_nm;
+    let friction = best.linear[2];
     let sum_only = format!(
         "only one direction was measured: {:.4e} N m (N) is F_C with the offset; measure the other direction too",
-        fit.coulomb_nm
+        best.linear[2]
     );
     let repeat = || "repeat the speed ladder, or hold each speed longer".to_string();
     let mut estimates = Vec::new();
@@ -153,7 +106,7 @@ pub(super) fn estimates(
     };
     estimates.push(Estimate::judged(
         Parameter::Offset,
-        fit.offset_nm,
+        best.linear[0],
         offset,
         friction,
         || {
@@ -186,9 +139,9 @@ pub(super) fn estimates(
     let faster = || format!("measure faster than {:.3e} rad/s", problem.high);
     estimates.push(Estimate::judged(
         Parameter::Viscous,
-        fit.viscous_nm_s_rad,
+        best.linear[1],
         viscous,
-        fit.viscous_nm_s_rad,
+        best.linear[1],
         faster,
     ));
     if falls {
@@ -204,9 +157,9 @@ pub(super) fn estimates(
         let advice = || advice(problem, velocity, best.velocity);
         let mut stiction = Estimate::judged(
             Parameter::Stiction,
-            fit.stiction_nm,
+            best.linear[2] + best.linear[3],
             stiction,
-            fit.stiction_nm,
+            best.linear[2] + best.linear[3],
             advice,
         );
         let v_s = Estimate::judged(
