@@ -1,76 +1,148 @@
-//! Effects beside the best one.
+//! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
-use super::accuse::{foremost, leaves_room};
-use super::candidate::Background;
+use super::accuse::{ACCUSES, foremost, leaves_room};
+use super::candidate::{Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, of_noise};
-use super::screen::{fit_best, screen};
+use super::screen::{by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
-use crate::inverse::fit_at;
+use crate::inverse::{Free, Owner, fit_at};
 use bristle_plant::effect::{Entry, Scale};
 
-/// Effects that are tried beside the best one.
+/// Effects that are tried beside another.
 pub(super) const BESIDE: usize = 4;
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
+/// Part of the best one's gain that another must have alone to be tried in its place: with less it hardly stands for the same.
+const RIVALS: f64 = 0.3;
 
-/// The hypotheses of several effects, best first.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-pub(super) fn beside(
-    judge: &Judge<'_>,
-    scale: &Scale,
-    base: &Hypothesis,
-    single: &[Hypothesis],
-    entries: &[&'static Entry],
-    progress: &dyn Fn(f64),
-) -> Result<Vec<Hypothesis>, InputError> {
-    let &Judge {
-        records,
-        nodes,
-        weights,
-        noise,
-    } = judge;
-    let mut several: Vec<Hypothesis> = Vec::new();
-    let mut best = foremost(single, base).cloned();
-    for _ in 1..MOST_EFFECTS {
-        let room = |h: &Hypothesis| leaves_room(noise, nodes, &h.held_out);
-        let Some(from) = best.take().filter(room) else {
-            break;
+/// What pairs are made of.
+pub(super) struct Pairs<'a> {
+    pub(super) judge: &'a Judge<'a>,
+    /// Size of axis and records.
+    pub(super) scale: &'a Scale,
+    /// The simulator alone.
+    pub(super) base: &'a Hypothesis,
+    /// With one effect, best first.
+    pub(super) single: &'a [Hypothesis],
+}
+
+impl Pairs<'_> {
+    /// The hypotheses of two effects, best first.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn search(
+        &self,
+        entries: &[&'static Entry],
+        progress: &dyn Fn(f64),
+    ) -> Result<Vec<Hypothesis>, InputError> {
+        let (noise, nodes) = (self.judge.noise, self.judge.nodes);
+        let room = |h: &&Hypothesis| leaves_room(noise, nodes, &h.held_out);
+        let Some(first) = foremost(self.single, self.base).filter(room) else {
+            return Ok(Vec::new());
         };
-        // Noise leaves the model as it is.
-        let ground = if of_noise(&from) { base } else { &from };
-        let (model, fit) = (&ground.model, &ground.fit);
-        let background = Background::new(model, records, nodes, scale, weights, fit);
+        let ground = self.ground(first);
+        let background = self.background(ground);
         let others: Vec<&'static Entry> = entries
             .iter()
             .copied()
-            .filter(|entry| from.added.iter().all(|added| added.id != entry.id))
+            .filter(|entry| first.added.iter().all(|added| added.id != entry.id))
             .collect();
-        let screened = screen(&background, &others, progress);
-        let mut found: Vec<Hypothesis> = fit_best(&background, &screened, BESIDE, false)?
+        let mut screened = screen(&background, &others, progress);
+        for (entry, starts) in &mut screened {
+            starts.extend(self.came_out(&background, entry));
+            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
+        by_promise(&mut screened);
+        let mut several = self.beside(first, &background, &screened)?;
+        let better = several.first().filter(|both| both.score > first.score);
+        if let Some(second) = better.and_then(|both| self.alone(both.added.last()?))
+            && !of_noise(first)
+        {
+            several.extend(self.in_place_of(first, second)?);
+        }
+        several.sort_by(|a, b| b.score.total_cmp(&a.score));
+        Ok(several)
+    }
+
+    /// What does well alone beside `second`, in the place of `first`.
+    fn in_place_of(
+        &self,
+        first: &Hypothesis,
+        second: &Hypothesis,
+    ) -> Result<Vec<Hypothesis>, InputError> {
+        let enough = RIVALS * (first.score - self.base.score);
+        let background = self.background(second);
+        let mut rivals: Vec<Screened> = self
+            .single
+            .iter()
+            .filter(|h| h.score - self.base.score > enough && !of_noise(h))
+            .map(|h| h.added[0])
+            .filter(|entry| ![first.added[0].id, second.added[0].id].contains(&entry.id))
+            .filter_map(|entry| Some((entry, vec![self.came_out(&background, entry)?])))
+            .collect();
+        by_promise(&mut rivals);
+        self.beside(second, &background, &rivals)
+    }
+
+    fn alone(&self, entry: &Entry) -> Option<&Hypothesis> {
+        self.single.iter().find(|h| h.added[0].id == entry.id)
+    }
+
+    /// What the model of a hypothesis is: noise leaves it as it is.
+    fn ground<'a>(&'a self, from: &'a Hypothesis) -> &'a Hypothesis {
+        if of_noise(from) { self.base } else { from }
+    }
+
+    fn background<'a>(&'a self, ground: &'a Hypothesis) -> Background<'a> {
+        Background::new(
+            &ground.model,
+            self.judge.records,
+            self.judge.nodes,
+            self.scale,
+            self.judge.weights,
+            &ground.fit,
+        )
+    }
+
+    /// An effect that does well alone, from where it came out; not a wave with a phase of its own on each record.
+    fn came_out(&self, background: &Background<'_>, entry: &'static Entry) -> Option<Start> {
+        let alone = self.alone(entry)?;
+        let on_one = |free: &Free| matches!(free.owner, Owner::OnRecord(..));
+        if alone.score - self.base.score < ACCUSES || alone.model.free.iter().any(on_one) {
+            return None;
+        }
+        let point = alone.model.at(&alone.fit.at);
+        let values = &point.effects().last()?.values;
+        Some(background.as_it_came_out(entry, values))
+    }
+
+    /// The best of these effects beside a hypothesis, best first.
+    fn beside(
+        &self,
+        from: &Hypothesis,
+        background: &Background<'_>,
+        screened: &[Screened],
+    ) -> Result<Vec<Hypothesis>, InputError> {
+        let (records, weights) = (self.judge.records, self.judge.weights);
+        let ground = self.ground(from);
+        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, false)?
             .into_iter()
             .map(|(entry, model, fit)| {
                 let mut added = from.added.clone();
                 added.push(entry);
                 let fit = fit_at(&model, records, weights, fit.at)?;
                 let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-                let both = judge.hypothesis(added, model, fit)?;
-                Ok(if of_noise(&from) {
-                    both.beside_noise(&from, base)
+                let both = self.judge.hypothesis(added, model, fit)?;
+                Ok(if of_noise(from) {
+                    both.beside_noise(from, self.base)
                 } else {
                     both
                 })
             })
             .collect::<Result<_, InputError>>()?;
         found.sort_by(|a, b| b.score.total_cmp(&a.score));
-        best = found
-            .first()
-            .filter(|next| next.score > from.score)
-            .cloned();
-        several.extend(found);
+        Ok(found)
     }
-    several.sort_by(|a, b| b.score.total_cmp(&a.score));
-    Ok(several)
 }

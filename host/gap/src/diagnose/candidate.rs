@@ -107,13 +107,34 @@ impl<'a> Background<'a> {
         change - &self.basis * (self.basis.tr_mul(change))
     }
 
-    /// Change of the weighted rest that an effect makes.
-    pub(super) fn change(&self, entry: &'static Entry, values: &[f64]) -> Option<DVector<f64>> {
+    fn with_values(&self, entry: &'static Entry, values: &[f64]) -> Model {
         let mut model = self.model.clone();
         model.effects.push(Added {
             entry,
             values: values.to_vec(),
         });
+        model
+    }
+
+    /// Whether an effect changes how much of the effort arrives, as the first record tells. Its change is then judged by the effort that was
+    /// recorded: letting nothing through it would explain everything.
+    pub(super) fn scales_effort(&self, entry: &'static Entry, values: &[f64]) -> bool {
+        let model = self.with_values(entry, values);
+        !cuts(entry)
+            && model
+                .changes_gain(&self.records[..1], &self.fit.at)
+                .unwrap_or_default()
+    }
+
+    /// Change of the weighted rest that an effect makes.
+    pub(super) fn change(
+        &self,
+        entry: &'static Entry,
+        values: &[f64],
+        scales_effort: bool,
+    ) -> Option<DVector<f64>> {
+        let mut model = self.with_values(entry, values);
+        model.scales_effort |= scales_effort;
         let rubbing = Rubbing::Known(&self.friction_nm);
         let rest = model
             .left_over_rubbing(self.records, &self.fit.at, rubbing)

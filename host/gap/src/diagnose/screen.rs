@@ -31,8 +31,13 @@ pub(super) fn screen(
         screened.push((entry, background.starts(entry)));
         progress(done as f64 / catalogue.len() as f64);
     }
-    screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
+    by_promise(&mut screened);
     screened
+}
+
+/// Sorts by what the best starts promise, most first.
+pub(super) fn by_promise(screened: &mut [Screened]) {
+    screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
 }
 
 /// Fits of the most promising effects, and where `unpromising` of those that are never zero, from their best starts.

@@ -1,7 +1,7 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
 use super::accuse::{ACCUSES, gain_below_open};
-use super::beside::beside;
+use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise};
 use super::likelihood::Own;
@@ -104,9 +104,13 @@ pub fn search(
     single.sort_by(|a, b| b.score.total_cmp(&a.score));
     progress(0.8);
 
-    let several = beside(&judge, &scale, &base, &single, &fitted_ones, &|share| {
-        progress(0.8 + 0.15 * share)
-    })?;
+    let pairs = Pairs {
+        judge: &judge,
+        scale: &scale,
+        base: &base,
+        single: &single,
+    };
+    let several = pairs.search(&fitted_ones, &|share| progress(0.8 + 0.15 * share))?;
     let screened = screened
         .into_iter()
         .map(|(entry, starts)| (entry, gain(&starts)));

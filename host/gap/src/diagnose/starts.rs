@@ -51,21 +51,24 @@ impl Background<'_> {
             let waved = phase.and_then(|phase| size_of_wave(entry, phase));
             grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
         }
+        let scales = grid
+            .last()
+            .is_some_and(|values| self.scales_effort(entry, values));
         let of_grid: Vec<Start> = grid
             .into_par_iter()
             .filter_map(|values| {
                 phase
                     .and_then(|phase| self.with_phase(entry, values.clone(), phase))
-                    .or_else(|| self.scaled(entry, values))
+                    .or_else(|| self.scaled(entry, values, scales))
             })
             .collect();
         starts.extend(of_grid);
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        self.confirm(entry, &mut starts);
+        self.confirm(entry, &mut starts, scales);
         if let Some(best) = starts.first_mut() {
             for (place, parameter) in entry.parameters.iter().enumerate() {
                 if let Some(reach) = self.between_moments(parameter.kind) {
-                    self.settle(entry, best, place, reach);
+                    self.settle(entry, best, place, reach, scales);
                 }
             }
         }
@@ -73,20 +76,34 @@ impl Background<'_> {
     }
 
     /// Takes the best starts that were scaled to a guess at what they do as they are, and sorts anew.
-    fn confirm(&self, entry: &'static Entry, starts: &mut [Start]) {
-        let rest = self.rest();
+    fn confirm(&self, entry: &'static Entry, starts: &mut [Start], scales: bool) {
         let most = starts.len().min(CONFIRMED);
         starts[..most].par_iter_mut().for_each(|start| {
             if start.guessed {
-                let change = self.change(entry, &start.values);
-                start.gain = change.map_or(f64::NEG_INFINITY, |change| {
-                    let change = self.beyond(&change);
-                    -2.0 * change.dot(&rest) - change.norm_squared()
-                });
+                start.gain = self.gain(entry, &start.values, scales);
                 start.guessed = false;
             }
         });
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    }
+
+    /// An effect as it came out elsewhere, and what it promises here.
+    pub(super) fn as_it_came_out(&self, entry: &'static Entry, values: &[f64]) -> Start {
+        Start {
+            values: values.to_vec(),
+            phases: Vec::new(),
+            gain: self.gain(entry, values, self.scales_effort(entry, values)),
+            guessed: false,
+        }
+    }
+
+    /// Fall of squares by an effect of these values.
+    fn gain(&self, entry: &'static Entry, values: &[f64], scales: bool) -> f64 {
+        let change = self.change(entry, values, scales);
+        change.map_or(f64::NEG_INFINITY, |change| {
+            let change = self.beyond(&change);
+            -2.0 * change.dot(&self.rest()) - change.norm_squared()
+        })
     }
 
     /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
@@ -104,12 +121,19 @@ impl Background<'_> {
     }
 
     /// Moves the moment or place of a sudden change to where it fits best.
-    fn settle(&self, entry: &'static Entry, best: &mut Start, moment: usize, mut reach: f64) {
+    fn settle(
+        &self,
+        entry: &'static Entry,
+        best: &mut Start,
+        moment: usize,
+        mut reach: f64,
+        scales: bool,
+    ) {
         for _ in 0..HALVINGS {
             let beside = [-reach, reach].into_par_iter().filter_map(|by| {
                 let mut values = best.values.clone();
                 values[moment] += by;
-                self.scaled(entry, values)
+                self.scaled(entry, values, scales)
             });
             let found: Vec<Start> = beside.collect();
             if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
@@ -223,8 +247,8 @@ impl Background<'_> {
     }
 
     /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
-    fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>) -> Option<Start> {
-        let change = self.beyond(&self.change(entry, &values)?);
+    fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>, scales: bool) -> Option<Start> {
+        let change = self.beyond(&self.change(entry, &values, scales)?);
         let slope = change.dot(&self.rest());
         let square = change.norm_squared();
         if square < 1e-9 {
@@ -275,7 +299,7 @@ impl Background<'_> {
         let at = |angle: f64| {
             let mut values = values.clone();
             values[phase] = angle;
-            self.change(entry, &values)
+            self.change(entry, &values, false)
                 .map(|change| self.beyond(&change))
         };
         let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
@@ -310,7 +334,7 @@ impl Background<'_> {
             // A wave of the sensor shows through acceleration: with the square of speed.
             Some(self.weighted(&self.squared_speeds()))
         } else {
-            self.change(entry, &values)
+            self.change(entry, &values, false)
         };
         let Some(still) = still else {
             return Vec::new();
@@ -354,7 +378,7 @@ impl Background<'_> {
         let at = |angle: f64| {
             let mut values = values.clone();
             values[phase] = angle;
-            self.change(entry, &values)
+            self.change(entry, &values, false)
         };
         let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
         let rest = self.rest();
