@@ -5,8 +5,8 @@
 
 use bristle_core::burst::BURST_SAMPLES;
 use bristle_core::command::{Changes, Command, MOST_COMMAND_BYTES, Reply};
-use bristle_core::order::Order;
 use bristle_core::observer::luenberger::BuildError;
+use bristle_core::order::Order;
 use bristle_core::parameters::Parameters;
 use bristle_core::supervisor::Request;
 use bristle_core::wire::Decoder;
@@ -14,8 +14,8 @@ use core::sync::atomic::Ordering;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-use crate::rtt::Down;
 use crate::link::send;
+use crate::rtt::Down;
 use crate::trace::PARAMETER_VERSION;
 use crate::{burst, exchange, timing};
 

@@ -12,8 +12,8 @@ use crate::output;
 use crate::ring::{Putter, Ring, Taker};
 use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::Controller;
-use bristle_core::order::Order;
 use bristle_core::feed_forward::FeedForward;
+use bristle_core::order::Order;
 use bristle_core::parameters::Config;
 use bristle_core::trace::Record;
 

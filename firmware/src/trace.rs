@@ -10,8 +10,8 @@ use bristle_core::supervisor::Fault;
 use bristle_core::trace::{self as wire, MOST_SAMPLES, Record, SAMPLE_BYTES};
 use bristle_core::wire::OVERHEAD_BYTES;
 
-use crate::log::LOG_FRAMES_DROPPED;
 use crate::link::{self, FRAMES_DROPPED, send};
+use crate::log::LOG_FRAMES_DROPPED;
 use crate::rtt::Up;
 use crate::{burst, exchange, timing};
 

@@ -8,7 +8,6 @@
 mod ring;
 
 use bristle_core::controller::{Controller, Input};
-use bristle_core::order::Order;
 use bristle_core::experiment::{Bounds, Experiment};
 use bristle_core::friction::elasto_plastic_fixed::{self, ElastoPlasticFixed, Scaling};
 use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
@@ -16,6 +15,7 @@ use bristle_core::observer::reduced_order::{self, System};
 use bristle_core::observer::{
     Luenberger, ReducedOrder, TimeFree, TimeFreeFixed, luenberger, time_free, time_free_fixed,
 };
+use bristle_core::order::Order;
 use bristle_core::parameters::{BENCH, Config};
 use bristle_core::stribeck::{Shape, Stribeck, Table};
 use bristle_core::supervisor::Request;
