@@ -12,10 +12,28 @@ const APART: [&str; 4] = [
     "host-tests/qemu/unit",
 ];
 
+/// Formats them all.
+pub fn format() -> bool {
+    formatted(&[])
+}
+
+fn formatted(options: &[&str]) -> bool {
+    let mut done = sh("cargo", &[&["fmt", "--all"], options].concat());
+    for folder in APART {
+        let manifest = format!("{folder}/Cargo.toml");
+        let apart = ["fmt", "--manifest-path", &manifest];
+        done &= sh("cargo", &[&apart, options].concat());
+    }
+    done
+}
+
 /// Checks them all; false if one has something to mend.
 pub fn run() -> bool {
     setup::run();
-    let mut clean = sh("cargo", &["fmt", "--all", "--check"]);
+    let mut clean = formatted(&["--check"]);
+    if !clean {
+        eprintln!("mend the format by: cargo xtask format");
+    }
     let mut host = vec!["clippy", "--workspace", "--all-targets"];
     if !setup::emulator_builds() {
         eprintln!("SKIPPED: lint of the image test: see what is MISSING above");
@@ -24,8 +42,6 @@ pub fn run() -> bool {
     host.extend(["--", "-D", "warnings"]);
     clean &= sh("cargo", &host);
     for folder in APART {
-        let manifest = format!("{folder}/Cargo.toml");
-        clean &= sh("cargo", &["fmt", "--manifest-path", &manifest, "--check"]);
         if setup::target_installed() {
             // From the folder itself, whose configuration names the target; in the profile that it is built in afterwards.
             let lint = ["clippy", "--release", "--", "-D", "warnings"];

@@ -16,6 +16,7 @@ const USAGE: &str = "usage: cargo xtask <chore>
   setup   install what the tests need beyond the Rust toolchain: the microcontroller's target, a browser,
           emulators, a C compiler for the chip
   lint    set up, then check format and lint of every package
+  format  format every package, the microcontroller's too
   test    set up, then run every test
   build-firmware [--pwm] [--distribution]
           build the microcontroller's image and say how large it is
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
             true
         }
         Some("lint") => lint::run(),
+        Some("format") => lint::format(),
         Some("test") => test::run(),
         Some("build-firmware") => firmware::build(&options),
         Some("check-elf") => firmware::check(&options),
