@@ -88,7 +88,8 @@ fn a_small_set_is_answered_and_scored() {
 
 /// Opened cases, by seed: one whose encoder is coarse against the bristles, so that a refit which trusts presliding is led
 /// astray; one whose multisine has no quiet moment that would show its noise; two of bristles that break away within a sample,
-/// where the method's error looks like a load behind a spring; cogging on a friction that warms up.
+/// where the method's error looks like a load behind a spring; cogging on a friction that warms up. Then three that others explain
+/// as well, but with more or stranger parameters: an offset, an eccentricity, and cogging on a linear axis.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [
@@ -101,6 +102,9 @@ fn opened_cases_are_answered() {
             "effects",
             &["actuator.cogging", "friction.thermal"],
         ),
+        ("46083", "effect", &["mechanics.offset"]),
+        ("46148", "effect", &["sensor.eccentricity"]),
+        ("46126", "effect", &["actuator.cogging"]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();

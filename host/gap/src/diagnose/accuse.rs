@@ -27,8 +27,9 @@ const OVERLAPS: f64 = 1.3;
 /// Times of what is open below which no second effect is looked for: a search costs as much as the first one, and of five opened
 /// pairs that left less it found one.
 const ROOM: f64 = 0.5;
-/// Nats, and part of the best one's gain, within which two hypotheses tie.
-pub(super) const TIES: (f64, f64) = (8.0, 0.002);
+/// Nats of evidence, and part of the best one's gain, within which two hypotheses tie. Beyond five evidence is called very
+/// strong: Kass, Raftery 1995, J. Am. Stat. Assoc. 90, section 3.2.
+pub(super) const TIES: (f64, f64) = (5.0, 0.002);
 /// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases
 /// with nothing but wrong parameters were left with 1.2 at most.
 pub(super) const UNKNOWN: f64 = 1.4;
@@ -38,6 +39,8 @@ pub(super) const UNKNOWN_SLIDING: f64 = 1.6;
 /// Nats that an effect must gain beyond its null, and part of the weighted squares that it must take away, to be accused of
 /// what lies below what is open. Opened cases without an effect were at 49 nats at most where they took away the tenth.
 const BELOW_OPEN: (f64, f64) = (70.0, 0.1);
+/// Nats within which two tie there, where errors of the method are as large as the effect.
+const TIES_BELOW_OPEN: f64 = 8.0;
 /// Cosine between what an effect changes below what is open and what a load behind a spring would change: beyond it both follow
 /// the same errors of the motion. Opened cases whose effect was there were at 0.10 at most, others at 0.44 and more.
 const LIKE_A_SPRING: f64 = 0.25;
@@ -147,7 +150,7 @@ pub(super) fn below_open(search: &Search) -> Vec<&Hypothesis> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let limit = found
         .first()
-        .map_or(0.0, |(_, best)| best - TIES.0.max(TIES.1 * best));
+        .map_or(0.0, |(_, best)| best - TIES_BELOW_OPEN);
     found.retain(|(_, nats)| *nats >= limit);
     found.into_iter().map(|(h, _)| h).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::accuse::{ACCUSES, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
-use super::hypothesis::{Hypothesis, Judge, of_noise};
+use super::hypothesis::{Hypothesis, Judge, of_noise, sort};
 use super::screen::{by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
@@ -62,7 +62,7 @@ impl Pairs<'_> {
         {
             several.extend(self.in_place_of(first, second)?);
         }
-        several.sort_by(|a, b| b.score.total_cmp(&a.score));
+        sort(&mut several);
         Ok(several)
     }
 
@@ -142,7 +142,7 @@ impl Pairs<'_> {
                 })
             })
             .collect::<Result<_, InputError>>()?;
-        found.sort_by(|a, b| b.score.total_cmp(&a.score));
+        sort(&mut found);
         Ok(found)
     }
 }

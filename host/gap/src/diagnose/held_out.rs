@@ -66,14 +66,19 @@ pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Ve
         .collect()
 }
 
+/// What data and priors say of the fitted coordinates together: the inverse of their covariance.
+pub(super) fn precision(model: &Model, fit: &Fit) -> DMatrix<f64> {
+    let mut precision = fit.jacobian.tr_mul(&fit.jacobian);
+    for (i, free) in model.free.iter().enumerate() {
+        precision[(i, i)] += free.spread.powi(-2);
+    }
+    precision
+}
+
 /// Standard deviation of each fitted coordinate.
 pub fn spreads(model: &Model, fit: &Fit) -> Vec<f64> {
     let columns = model.free.len();
-    let mut square = fit.jacobian.tr_mul(&fit.jacobian);
-    for (i, free) in model.free.iter().enumerate() {
-        square[(i, i)] += free.spread.powi(-2);
-    }
-    match Cholesky::new(square) {
+    match Cholesky::new(precision(model, fit)) {
         Some(cholesky) => {
             let inverse = cholesky.inverse();
             (0..columns).map(|i| inverse[(i, i)].sqrt()).collect()

@@ -1,12 +1,13 @@
 //! The simulator, perhaps with effects: fitted, and judged by what it leaves over on data that took no part.
 
 use super::candidate::cuts;
-use super::held_out::held_out;
+use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, Record, fit_at};
 use bristle_plant::effect::Entry;
+use nalgebra::Cholesky;
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
@@ -26,12 +27,20 @@ pub struct Hypothesis {
     pub score: f64,
     /// The second part of that.
     pub log_belief: f64,
+    /// Logarithm of the Occam factor.
+    pub log_occam: f64,
 }
 
 impl Hypothesis {
     /// Ids of what was added.
     pub fn ids(&self) -> Vec<&'static str> {
         self.added.iter().map(|entry| entry.id).collect()
+    }
+
+    /// Logarithm of the evidence: held-out data stand for those that were fitted. Source: Kass, Raftery 1995, J. Am. Stat.
+    /// Assoc. 90, section 4.1 (Laplace's method).
+    pub fn log_evidence(&self) -> f64 {
+        self.score + self.log_occam
     }
 
     /// Scores what it leaves over at all nodes that count.
@@ -99,6 +108,7 @@ impl Judge<'_> {
         let mut hypothesis = Hypothesis {
             held_out: held_out(&model, &fit, self.weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
+            log_occam: log_occam(&model, &fit),
             score: 0.0,
             added,
             model,
@@ -111,12 +121,25 @@ impl Judge<'_> {
 
 /// Logarithm of how far the simulator's own parameters are believed, but for a constant.
 fn log_belief(model: &Model, at: &[f64]) -> f64 {
-    let own = |free: &&Free| matches!(free.owner, Owner::Own(_));
-    model
-        .free
-        .iter()
-        .zip(at)
-        .filter(|(free, _)| own(free))
-        .map(|(free, x)| -0.5 * ((x - free.center) / free.spread).powi(2))
+    log_prior(model, at, |free| matches!(free.owner, Owner::Own(_)))
+}
+
+/// Logarithm of the Occam factor: how far an effect's parameters are believed, and the part of all priors that data leave.
+fn log_occam(model: &Model, fit: &Fit) -> f64 {
+    let before: f64 = model.free.iter().map(|free| free.spread.ln()).sum();
+    let left = Cholesky::new(precision(model, fit))
+        .map_or(0.0, |root| -0.5 * root.ln_determinant() - before);
+    left + log_prior(model, &fit.at, |free| !matches!(free.owner, Owner::Own(_)))
+}
+
+/// Logarithm of the prior of some of the parameters, but for a constant.
+fn log_prior(model: &Model, at: &[f64], of: impl Fn(&Free) -> bool) -> f64 {
+    let free = model.free.iter().zip(at).filter(|(free, _)| of(free));
+    free.map(|(free, x)| -0.5 * ((x - free.center) / free.spread).powi(2))
         .sum()
+}
+
+/// Hypotheses by their evidence, best first.
+pub(super) fn sort(hypotheses: &mut [Hypothesis]) {
+    hypotheses.sort_by(|a, b| b.log_evidence().total_cmp(&a.log_evidence()));
 }

@@ -4,7 +4,7 @@
 
 use super::accuse::ACCUSES;
 use super::beside::BESIDE;
-use super::hypothesis::{Hypothesis, of_noise};
+use super::hypothesis::{Hypothesis, of_noise, sort};
 use super::regime::nodes;
 
 use super::tried::Search;
@@ -172,7 +172,7 @@ impl Lost {
         search.single.extend(found.next());
         search.several.extend(found);
         for list in [&mut search.single, &mut search.several] {
-            list.sort_by(|a, b| b.score.total_cmp(&a.score));
+            sort(list);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::accuse::{ACCUSES, gain_below_open};
 use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise};
+use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise, sort};
 use super::likelihood::Own;
 use super::null::nulls;
 use super::regime::nodes;
@@ -14,6 +14,7 @@ use super::tried::Search;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Record, fit, scale};
+use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry};
 
 /// The simulator alone is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one
@@ -25,6 +26,9 @@ const WORTH_A_ROUND: f64 = 6.0;
 const NULLS: usize = 3;
 /// Standard deviation of a parameter of the axis file, as a share of it.
 pub const DOUBT: f64 = 0.15;
+
+/// It comes once a turn, which a linear axis does not know: any wave over its stroke is a cogging.
+const ONCE_A_TURN: &str = "mechanics.unbalance";
 
 /// Everything that may be accused.
 pub fn catalogue() -> Vec<&'static Entry> {
@@ -64,6 +68,7 @@ pub fn search(
         .iter()
         .copied()
         .filter(|entry| model.effects.iter().all(|added| added.entry.id != entry.id))
+        .filter(|entry| scale.unit == Unit::Rotary || entry.id != ONCE_A_TURN)
         .collect();
     let fitted_ones: Vec<&'static Entry> = catalogue
         .iter()
@@ -101,7 +106,7 @@ pub fn search(
     single.extend(signature::hypotheses(
         &base, &records, &nodes, &noise, &catalogue, &scale,
     ));
-    single.sort_by(|a, b| b.score.total_cmp(&a.score));
+    sort(&mut single);
     progress(0.8);
 
     let pairs = Pairs {

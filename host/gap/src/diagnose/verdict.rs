@@ -1,6 +1,7 @@
 //! From everything that was tried to a verdict: none, parameters, an effect, several, ambiguous or unknown.
 //!
-//! Scores are held-out log densities over as many nodes as are independent. How much is left over is counted in times of
+//! Scores are held-out log densities over as many nodes as are independent; with what the data leave of the priors they are
+//! evidence, by which effects are ranked, so that one that could have explained much else does not tie with a plain one. How much is left over is counted in times of
 //! what is open, as the geometric mean over records and regimes: an rms in N m would be decided by whichever regime the
 //! method knows least of. What an effect explains is a share of the logarithm of that. A rest of few moments hardly moves that
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
@@ -10,7 +11,7 @@ use super::accuse::{
     contribution, explained,
 };
 use super::held_out::spreads;
-use super::hypothesis::{Hypothesis, of_noise};
+use super::hypothesis::{Hypothesis, of_noise, sort};
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::{Own, Owner};
@@ -61,7 +62,7 @@ pub struct Verdict {
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
-/// Scores are divided by this: nodes are less independent than their correlation says, and models are not exact.
+/// Evidence is divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
@@ -87,7 +88,7 @@ pub fn verdict(search: &Search) -> Verdict {
         .chain(&search.several)
         .cloned()
         .collect();
-    ranked.sort_by(|a, b| b.score.total_cmp(&a.score));
+    sort(&mut ranked);
     let chosen = choose(search);
     let gain = chosen.map_or(0.0, |h| h.score - base.score);
     let (floor, before) = search.noise.rms(&search.nodes, &base.held_out);
@@ -170,14 +171,15 @@ pub fn verdict(search: &Search) -> Verdict {
         let place = ranked.iter().position(|h| h.ids() == best.ids());
         (Kind::Effects, place.into_iter().collect())
     } else {
-        let limit = best.score - TIES.0.max(TIES.1 * gain);
+        let limit = best.log_evidence() - TIES.0.max(TIES.1 * gain);
         // What positions show by themselves ties with nothing.
         let by_itself = shown || of_noise(best);
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
             .filter(|(_, h)| {
-                h.ids() == best.ids() || !by_itself && h.added.len() == 1 && h.score >= limit
+                h.ids() == best.ids()
+                    || !by_itself && h.added.len() == 1 && h.log_evidence() >= limit
             })
             .map(|(i, _)| i)
             .collect();
@@ -196,17 +198,18 @@ pub fn verdict(search: &Search) -> Verdict {
     };
 
     // What the verdict does not take is shared by all other answers as their scores say.
+    let plain = base.log_evidence();
     let top = ranked
         .first()
-        .map_or(base.score, |h| h.score.max(base.score));
-    let weight = |score: f64| ((score - top) / TEMPERATURE).exp();
+        .map_or(plain, |h| h.log_evidence().max(plain));
+    let weight = |evidence: f64| ((evidence - top) / TEMPERATURE).exp();
     let ids: Vec<&str> = named.iter().flat_map(|&i| ranked[i].ids()).collect();
     let says = |h: &Hypothesis| h.ids().iter().any(|id| ids.contains(id));
     let weights: Vec<f64> = ranked
         .iter()
-        .map(|h| weight(h.score - ACCUSES * h.added.len() as f64))
+        .map(|h| weight(h.log_evidence() - ACCUSES * h.added.len() as f64))
         .collect();
-    let plain = weight(base.score);
+    let plain = weight(plain);
     let [mut named_sum, mut others_sum] = [0.0; 2];
     for (h, w) in ranked.iter().zip(&weights) {
         *(if says(h) {

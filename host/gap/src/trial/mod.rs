@@ -143,6 +143,7 @@ fn needs(dice: &mut Dice, effects: &[&str]) -> Needs {
         rigid: effects.contains(&"friction.presliding")
             || (effects.contains(&"friction.nonlocal") && dice.chance(0.5)),
         flat: effects.contains(&"friction.stribeck"),
+        rotary: effects.contains(&"mechanics.unbalance"),
     }
 }
 

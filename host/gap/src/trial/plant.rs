@@ -35,6 +35,8 @@ pub struct Needs {
     pub rigid: bool,
     /// Without a fall from stiction: the effect brings it.
     pub flat: bool,
+    /// An axis that turns.
+    pub rotary: bool,
 }
 
 /// Torque at the highest speed may be so many times Coulomb friction.
@@ -45,7 +47,10 @@ const MOST_LAG_RAD: f64 = 0.5;
 impl Plant {
     /// Draws one.
     pub fn draw(dice: &mut Dice, needs: Needs) -> Self {
-        let unit = dice.of(&[Unit::Rotary, Unit::Linear]);
+        let unit = match dice.of(&[Unit::Rotary, Unit::Linear]) {
+            _ if needs.rotary => Unit::Rotary,
+            unit => unit,
+        };
         let lead_m = dice.decades(5e-3, 40e-3);
         // Metres of travel for a radian of the motor.
         let per_rad = match unit {
