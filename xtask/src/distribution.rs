@@ -1,5 +1,5 @@
 //! A distribution's compiler with the sources of its library, which build the core library for the microcontroller where
-//! rustup has nothing to offer. Debian 13: the packages below, beside cargo-web or any other cargo.
+//! rustup has nothing to offer. Debian 12 with its security updates, and 13: the packages below, beside any cargo.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -4,8 +4,8 @@
 //! distribution's compiler.
 
 use crate::elf::Image;
-use crate::setup::{TARGET, missing_target, rustup_way};
-use crate::{check_elf, distribution, sh};
+use crate::setup::{TARGET, distribution_way, missing_target, rustup_way};
+use crate::{check_elf, sh};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -58,7 +58,7 @@ fn compile(options: &[String]) -> Option<PathBuf> {
     let has = |name: &str| options.iter().any(|option| option == name);
     let mut cargo = if !has("--distribution") && rustup_way() {
         Command::new("cargo")
-    } else if let Some(cargo) = distribution::cargo() {
+    } else if let Some(cargo) = distribution_way() {
         cargo
     } else {
         missing_target();

@@ -9,13 +9,7 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Installs what is missing, where that can be done.
 pub fn run() {
-    let distribution = || {
-        distribution::cargo().is_some() || {
-            let _ = distribution::PACKAGES.map(install);
-            distribution::cargo().is_some()
-        }
-    };
-    if !rustup_way() && !distribution() {
+    if !rustup_way() && distribution_way().is_none() {
         missing_target();
     }
     if !there("chromium") && !install("chromium") {
@@ -40,6 +34,16 @@ pub fn run() {
 /// Whether the target's core library is there or could be added.
 pub fn rustup_way() -> bool {
     target_installed() || sh("rustup", &["target", "add", TARGET])
+}
+
+/// Cargo with the distribution's compiler, which is installed where it is missing or too old.
+pub fn distribution_way() -> Option<Command> {
+    distribution::cargo().or_else(|| {
+        // Old lists name an old compiler, which would install without an error.
+        let _ = there("apt-get") && sh("apt-get", &["update"]);
+        let _ = distribution::PACKAGES.map(install);
+        distribution::cargo()
+    })
 }
 
 /// Says how to get a core library for the microcontroller.
