@@ -37,24 +37,15 @@ impl Pairs<'_> {
         entries: &[&'static Entry],
         progress: &dyn Fn(f64),
     ) -> Result<Vec<Hypothesis>, InputError> {
-        let (noise, nodes) = (self.judge.noise, self.judge.nodes);
-        let room = |h: &&Hypothesis| leaves_room(noise, nodes, &h.held_out);
-        let Some(first) = foremost(self.single, self.base).filter(room) else {
+        let Some(first) = foremost(self.single, self.base) else {
             return Ok(Vec::new());
         };
-        let ground = self.ground(first);
-        let background = self.background(ground);
-        let others: Vec<&'static Entry> = entries
-            .iter()
-            .copied()
-            .filter(|entry| first.added.iter().all(|added| added.id != entry.id))
-            .collect();
-        let mut screened = screen(&background, &others, progress);
-        for (entry, starts) in &mut screened {
-            starts.extend(self.came_out(&background, entry));
-            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        }
-        by_promise(&mut screened);
+        let background = self.background(self.ground(first));
+        let screened = if leaves_room(self.judge.noise, self.judge.nodes, &first.held_out) {
+            self.screened(&background, first, entries, progress)
+        } else {
+            self.rivals(&background, ACCUSES, &first.ids())
+        };
         let mut several = self.beside(first, &background, &screened)?;
         let better = several.first().filter(|both| both.score > first.score);
         if let Some(second) = better.and_then(|both| self.alone(both.added.last()?))
@@ -66,6 +57,28 @@ impl Pairs<'_> {
         Ok(several)
     }
 
+    /// What every effect promises beside `first`.
+    fn screened(
+        &self,
+        background: &Background<'_>,
+        first: &Hypothesis,
+        entries: &[&'static Entry],
+        progress: &dyn Fn(f64),
+    ) -> Vec<Screened> {
+        let others: Vec<&'static Entry> = entries
+            .iter()
+            .copied()
+            .filter(|entry| first.added.iter().all(|added| added.id != entry.id))
+            .collect();
+        let mut screened = screen(background, &others, progress);
+        for (entry, starts) in &mut screened {
+            starts.extend(self.came_out(background, entry));
+            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
+        by_promise(&mut screened);
+        screened
+    }
+
     /// What does well alone beside `second`, in the place of `first`.
     fn in_place_of(
         &self,
@@ -74,16 +87,26 @@ impl Pairs<'_> {
     ) -> Result<Vec<Hypothesis>, InputError> {
         let enough = RIVALS * (first.score - self.base.score);
         let background = self.background(second);
+        let taken = [first.added[0].id, second.added[0].id];
+        self.beside(
+            second,
+            &background,
+            &self.rivals(&background, enough, &taken),
+        )
+    }
+
+    /// What gains more than `enough` alone, from where it came out; not what is `taken`.
+    fn rivals(&self, background: &Background<'_>, enough: f64, taken: &[&str]) -> Vec<Screened> {
         let mut rivals: Vec<Screened> = self
             .single
             .iter()
             .filter(|h| h.score - self.base.score > enough && !of_noise(h))
             .map(|h| h.added[0])
-            .filter(|entry| ![first.added[0].id, second.added[0].id].contains(&entry.id))
-            .filter_map(|entry| Some((entry, vec![self.came_out(&background, entry)?])))
+            .filter(|entry| !taken.contains(&entry.id))
+            .filter_map(|entry| Some((entry, vec![self.came_out(background, entry)?])))
             .collect();
         by_promise(&mut rivals);
-        self.beside(second, &background, &rivals)
+        rivals
     }
 
     fn alone(&self, entry: &Entry) -> Option<&Hypothesis> {

@@ -78,7 +78,8 @@ impl Ground<'_> {
                 }
             }
         }
-        let density = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
+        // What lies below what is open counts, too: the noise that it is judged by is yet to be found.
+        let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
         found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
         found.truncate(KEPT);
         let tried = found.into_iter().map(|(entry, model, fit)| {
