@@ -7,8 +7,8 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{
-    ACCUSES, MATTERS, OF_MOMENTS, SHARE, TIES, UNKNOWN, UNKNOWN_SLIDING, below_open, choose,
-    contribution, explained,
+    ACCUSES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TIES, UNKNOWN, UNKNOWN_SLIDING, below_open,
+    choose, contribution, explained,
 };
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
@@ -145,7 +145,9 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
     let much = unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING;
-    let left_unknown = much && explained <= SHARE && !shown;
+    let stands_for =
+        accused && !of_noise(best) && sliding_times > STANDS_FOR.0 && explained < STANDS_FOR.1;
+    let left_unknown = (stands_for || much && explained <= SHARE) && !shown;
     let small = if accused || much {
         Vec::new()
     } else {
