@@ -98,6 +98,7 @@ fn role(kind: Kind) -> &'static str {
         Kind::Event => "event",
         Kind::Place => "place",
         Kind::Stop => "stop",
+        Kind::Zero => "zero",
         Kind::Shape => "shape",
         Kind::Form => "form",
         Kind::Seed => "seed",
@@ -164,6 +165,7 @@ record. Of a model with bristles an effect changes the level that they slide at;
 | onset | moment from which something is different |
 | event, place | moment or place of a sudden change |
 | stop | place near an end of the travel |
+| zero | place where the effect is zero |
 | shape | times, speeds, exponents |
 | form | one of two forms: the lowest or the highest value |
 | seed | of random numbers |

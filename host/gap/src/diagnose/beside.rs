@@ -157,7 +157,7 @@ impl Pairs<'_> {
                 added.push(entry);
                 let fit = fit_at(&model, records, weights, fit.at)?;
                 let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-                let both = self.judge.hypothesis(added, model, fit)?;
+                let both = self.judge.hypothesis(added, model, fit);
                 Ok(if of_noise(from) {
                     both.beside_noise(from, self.base)
                 } else {

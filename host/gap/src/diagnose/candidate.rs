@@ -12,8 +12,17 @@ use nalgebra::{DMatrix, DVector};
 
 /// Effect with bristles in series with those of the simulator.
 const IN_SERIES: &str = "friction.presliding";
-/// Fewest waves over the stroke of a linear axis, or the longest stretch of time: fewer stand for any smooth curve.
+/// Fewest waves of torque over the stroke of a linear axis, or the longest stretch of time: fewer stand for any smooth curve,
+/// an offset, a spring.
 const LEAST_WAVES: f64 = 2.0;
+/// Fewest waves of what friction, inertia or the sensor is multiplied by: half a one is a slope.
+const LEAST_WAVES_OF_A_FACTOR: f64 = 0.5;
+/// Effects whose wave is a torque by itself.
+const TORQUE_WAVES: [&str; 3] = [
+    "actuator.cogging",
+    "disturbance.periodic",
+    "mechanics.unbalance",
+];
 /// With it the simulator's own start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
 
@@ -120,7 +129,7 @@ impl<'a> Background<'a> {
     /// recorded: letting nothing through it would explain everything.
     pub(super) fn scales_effort(&self, entry: &'static Entry, values: &[f64]) -> bool {
         let model = self.with_values(entry, values);
-        !cuts(entry)
+        !entry.cuts()
             && model
                 .changes_gain(&self.records[..1], &self.fit.at)
                 .unwrap_or_default()
@@ -177,7 +186,7 @@ impl<'a> Background<'a> {
                 }
                 Kind::Order if unit == Unit::Rotary => {}
                 Kind::Order | Kind::Frequency => {
-                    let least = self.least_line(parameter.kind);
+                    let least = self.least_line(entry, parameter.kind);
                     let near = 0.5 / self.span(parameter.kind);
                     model.free.push(Free::linear(
                         owner,
@@ -217,9 +226,14 @@ impl<'a> Background<'a> {
         model
     }
 
-    /// Fewest waves a metre or a second that are told from any smooth curve.
-    pub(super) fn least_line(&self, kind: Kind) -> f64 {
-        LEAST_WAVES / self.span(kind)
+    /// Fewest waves a metre or a second of an effect that are told from any smooth curve.
+    pub(super) fn least_line(&self, entry: &Entry, kind: Kind) -> f64 {
+        let waves = if TORQUE_WAVES.contains(&entry.id) {
+            LEAST_WAVES
+        } else {
+            LEAST_WAVES_OF_A_FACTOR
+        };
+        waves / self.span(kind)
     }
 
     /// Travel that an order, or time that a frequency is seen over, m or s.
@@ -252,13 +266,13 @@ impl<'a> Background<'a> {
                 from[stiffness] += MAKES_ROOM.ln();
             }
             // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
-            model.scales_effort |= !cuts(entry) && model.changes_gain(self.records, &from)?;
+            model.scales_effort |= !entry.cuts() && model.changes_gain(self.records, &from)?;
             let near = |model: &Model, from: Vec<f64>| {
                 fit_near(model, self.records, self.weights, from, &self.fit.jacobian)
             };
             let mut fit = near(&model, from)?;
             // Where it came out it may, where it started not.
-            if !model.scales_effort && !cuts(entry) && model.changes_gain(self.records, &fit.at)? {
+            if !model.scales_effort && !entry.cuts() && model.changes_gain(self.records, &fit.at)? {
                 model.scales_effort = true;
                 fit = near(&model, fit.at)?;
             }
@@ -295,11 +309,6 @@ pub(super) fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
     entry.parameters[..phase]
         .iter()
         .rposition(|p| p.kind == Kind::Size)
-}
-
-/// Whether an effect lets effort through up to a limit.
-pub(super) fn cuts(entry: &Entry) -> bool {
-    entry.parameters.iter().any(|p| p.kind == Kind::Limit)
 }
 
 /// A usual range, widened to what is still physical: three times as far, on the same side of zero.

@@ -1,11 +1,9 @@
 //! The simulator, perhaps with effects: fitted, and judged by what it leaves over on data that took no part.
 
-use super::candidate::cuts;
 use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
-use crate::error::InputError;
-use crate::inverse::{Fit, Free, Model, Owner, Record, fit_at};
+use crate::inverse::{Fit, Free, Model, Owner, Record};
 use bristle_plant::effect::Entry;
 use nalgebra::Cholesky;
 
@@ -90,21 +88,12 @@ pub(super) struct Judge<'a> {
 
 impl Judge<'_> {
     /// A fitted model as a hypothesis.
-    ///
-    /// # Errors
-    /// The friction model refuses the parameters.
     pub(super) fn hypothesis(
         &self,
         added: Vec<&'static Entry>,
-        mut model: Model,
-        mut fit: Fit,
-    ) -> Result<Hypothesis, InputError> {
-        // Fitted as it cuts, judged by the effort that was recorded: cut to nothing it would explain everything.
-        let cuts = added.iter().any(|entry| cuts(entry));
-        if cuts && !model.scales_effort && model.changes_gain(self.records, &fit.at)? {
-            model.scales_effort = true;
-            fit = fit_at(&model, self.records, self.weights, fit.at)?;
-        }
+        model: Model,
+        fit: Fit,
+    ) -> Hypothesis {
         let mut hypothesis = Hypothesis {
             held_out: held_out(&model, &fit, self.weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
@@ -115,7 +104,7 @@ impl Judge<'_> {
             fit,
         };
         hypothesis.scored(self.noise, self.nodes);
-        Ok(hypothesis)
+        hypothesis
     }
 }
 

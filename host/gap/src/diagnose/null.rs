@@ -49,7 +49,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         noise: &noise,
     };
     let times = |h: &Hypothesis| noise.times_open(&nodes, &h.held_out);
-    let without = judge.hypothesis(Vec::new(), base.model.clone(), plain.clone())?;
+    let without = judge.hypothesis(Vec::new(), base.model.clone(), plain.clone());
     let before = times(&without);
     let mut nulls: Vec<Null> = entries
         .iter()
@@ -62,7 +62,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         .collect();
     for (entry, model, fit) in found {
         let fit = fit_at(&model, &twins, &weights, fit.at)?;
-        let with = judge.hypothesis(vec![entry], model, fit)?;
+        let with = judge.hypothesis(vec![entry], model, fit);
         if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {
             null.nats = with.score - without.score;
             null.nats_of_all =

@@ -98,11 +98,11 @@ pub fn search(
         weights: &weights,
         noise: &noise,
     };
-    let base = judge.hypothesis(Vec::new(), model.clone(), fitted)?;
+    let base = judge.hypothesis(Vec::new(), model.clone(), fitted);
     let mut single = tried
         .into_iter()
         .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit))
-        .collect::<Result<Vec<Hypothesis>, InputError>>()?;
+        .collect::<Vec<Hypothesis>>();
     single.extend(signature::hypotheses(
         &base, &records, &nodes, &noise, &catalogue, &scale,
     ));

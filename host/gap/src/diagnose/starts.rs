@@ -5,7 +5,7 @@ use super::candidate::{Background, Start, hard_range, size_of_wave};
 use super::regime::Node;
 use super::spectrum;
 use bristle_plant::Unit;
-use bristle_plant::effect::{Entry, Kind};
+use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -51,6 +51,7 @@ impl Background<'_> {
             let waved = phase.and_then(|phase| size_of_wave(entry, phase));
             grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
         }
+        let zero = place(Kind::Zero);
         let scales = grid
             .last()
             .is_some_and(|values| self.scales_effort(entry, values));
@@ -59,6 +60,7 @@ impl Background<'_> {
             .filter_map(|values| {
                 phase
                     .and_then(|phase| self.with_phase(entry, values.clone(), phase))
+                    .or_else(|| self.with_zero(entry, values.clone(), zero?))
                     .or_else(|| self.scaled(entry, values, scales))
             })
             .collect();
@@ -66,13 +68,54 @@ impl Background<'_> {
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         self.confirm(entry, &mut starts, scales);
         if let Some(best) = starts.first_mut() {
-            for (place, parameter) in entry.parameters.iter().enumerate() {
-                if let Some(reach) = self.between_moments(parameter.kind) {
+            self.settle_sudden(entry, best, scales);
+        }
+        starts
+    }
+
+    /// Moves the moment or place of a sudden change to where it fits best, and tries there the shapes that were too many for the
+    /// grid.
+    fn settle_sudden(&self, entry: &'static Entry, best: &mut Start, scales: bool) {
+        let sudden = |(place, parameter): (usize, &Parameter)| {
+            Some((place, self.between_moments(parameter.kind)?))
+        };
+        let sudden: Vec<(usize, f64)> = entry
+            .parameters
+            .iter()
+            .enumerate()
+            .filter_map(sudden)
+            .collect();
+        for &(place, reach) in &sudden {
+            self.settle(entry, best, place, reach, scales);
+            for (shape, parameter) in entry.parameters.iter().enumerate() {
+                if parameter.kind == Kind::Shape {
+                    let tried = levels((parameter.range)(self.scale), SHAPES);
+                    self.take_better(entry, best, scales, tried.map(|x| (shape, x)).collect());
                     self.settle(entry, best, place, reach, scales);
                 }
             }
         }
-        starts
+    }
+
+    /// Takes the best of these values of single parameters, if it does better than what is there.
+    fn take_better(
+        &self,
+        entry: &'static Entry,
+        best: &mut Start,
+        scales: bool,
+        tried: Vec<(usize, f64)>,
+    ) {
+        let starts = tried.into_par_iter().filter_map(|(place, value)| {
+            let mut values = best.values.clone();
+            values[place] = value;
+            self.scaled(entry, values, scales)
+        });
+        let found: Vec<Start> = starts.collect();
+        if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
+            && better.gain > best.gain
+        {
+            *best = better;
+        }
     }
 
     /// Takes the best starts that were scaled to a guess at what they do as they are, and sorts anew.
@@ -130,17 +173,8 @@ impl Background<'_> {
         scales: bool,
     ) {
         for _ in 0..HALVINGS {
-            let beside = [-reach, reach].into_par_iter().filter_map(|by| {
-                let mut values = best.values.clone();
-                values[moment] += by;
-                self.scaled(entry, values, scales)
-            });
-            let found: Vec<Start> = beside.collect();
-            if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-                && better.gain > best.gain
-            {
-                *best = better;
-            }
+            let beside = [-reach, reach].map(|by| (moment, best.values[moment] + by));
+            self.take_better(entry, best, scales, beside.to_vec());
             reach *= 0.5;
         }
     }
@@ -316,6 +350,38 @@ impl Background<'_> {
         })
     }
 
+    /// The effect with the size and the place of its zero that fit best, both at once: it lies between what it is with its zero
+    /// at either end of the usual range, or beyond. Not with a size that it cannot have.
+    fn with_zero(&self, entry: &'static Entry, mut values: Vec<f64>, zero: usize) -> Option<Start> {
+        let parameters = entry.parameters;
+        let range = |i: usize| (parameters[i].range)(self.scale);
+        let size = parameters.iter().position(|p| p.kind == Kind::Size)?;
+        let ends = range(zero);
+        let at = |end: f64| {
+            let mut values = values.clone();
+            values[zero] = end;
+            self.change(entry, &values, false)
+                .map(|change| self.beyond(&change))
+        };
+        let (low, high) = (at(ends[0])?, at(ends[1])?);
+        let (a, b, gain) = spectrum::two_columns(&low, &high, &self.rest())?;
+        let usual = hard_range(range(size));
+        let (sized, placed) = (
+            (a + b) * values[size],
+            (a * ends[0] + b * ends[1]) / (a + b),
+        );
+        if !(usual[0]..=usual[1]).contains(&sized) || !placed.is_finite() {
+            return None;
+        }
+        (values[size], values[zero]) = (sized, placed);
+        Some(Start {
+            values,
+            phases: Vec::new(),
+            gain,
+            guessed: false,
+        })
+    }
+
     /// Waves over angle or time: the whole spectrum at once, then the best lines one by one.
     fn waves(&self, entry: &'static Entry, line: usize, phase: usize, in_time: bool) -> Vec<Start> {
         let Some(size) = size_of_wave(entry, phase) else {
@@ -323,7 +389,7 @@ impl Background<'_> {
         };
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
         if in_time || self.scale.unit == Unit::Linear {
-            low = low.max(self.least_line(entry.parameters[line].kind));
+            low = low.max(self.least_line(entry, entry.parameters[line].kind));
         }
         let mut values = entry.defaults();
         let usual = (entry.parameters[size].range)(self.scale);

@@ -283,7 +283,8 @@ impl Model {
             return point.rest(record, place, 1.0, rubbing);
         }
         let (mut rest, change) = point.rest_and_change(record, place, rubbing)?;
-        let gain = point.gain(record, place, &change)?.max(LEAST_GAIN);
+        let arrives = point.arrives(record, place)?;
+        let gain = gain(&change, &arrives).max(LEAST_GAIN);
         for rest in &mut rest {
             *rest /= gain;
         }
@@ -304,7 +305,7 @@ impl Model {
         let point = self.at(at);
         for (place, record) in records.iter().enumerate() {
             let (_, change) = point.rest_and_change(record, place, Rubbing::Anew)?;
-            if (point.gain(record, place, &change)? - 1.0).abs() > 0.01 {
+            if (gain(&change, &point.arrives(record, place)?) - 1.0).abs() > 0.01 {
                 return Ok(true);
             }
         }
@@ -375,28 +376,21 @@ impl Point {
         Ok((rest, change))
     }
 
-    /// Part that effects which are tried let through of a change of effort, by least squares over a record: of what arrives
-    /// without them, which is all but where friction at rest holds against any effort. `change` is that of what is left over.
-    fn gain(&self, record: &Record, place: usize, change: &[f64]) -> Result<f64, InputError> {
+    /// What arrives of [a little more effort](GAIN_STEP) without effects that are tried, N m: all but where friction at rest
+    /// holds against any effort.
+    fn arrives(&self, record: &Record, place: usize) -> Result<Vec<f64>, InputError> {
         let believed = &self.believed;
         let holds = believed.contact(believed.model)?.holds_at_rest();
-        let arrives = if holds || believed.effects.iter().any(|effect| effect.id != OFFSET) {
+        if holds || believed.effects.iter().any(|effect| effect.id != OFFSET) {
             let mut without = self.clone();
             without.effects.truncate(believed.effects.len());
             without
                 .on_records
                 .retain(|(effect, ..)| *effect < without.effects.len());
-            without.rest_and_change(record, place, Rubbing::Anew)?.1
-        } else {
-            let efforts = record.stretches.iter().flat_map(|s| &s.effort_nodes_nm);
-            efforts.map(|effort| GAIN_STEP * effort).collect()
-        };
-        let (mut product, mut square) = (0.0, 0.0);
-        for (with, without) in change.iter().zip(&arrives) {
-            product += with * without;
-            square += without * without;
+            return Ok(without.rest_and_change(record, place, Rubbing::Anew)?.1);
         }
-        Ok(if square > 0.0 { product / square } else { 1.0 })
+        let efforts = record.stretches.iter().flat_map(|s| &s.effort_nodes_nm);
+        Ok(efforts.map(|effort| GAIN_STEP * effort).collect())
     }
 
     fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
@@ -447,4 +441,15 @@ impl Point {
             times,
         })
     }
+}
+
+/// Part that effects let through of a change of effort, by least squares over a record: `change` with them, and what `arrives`
+/// without them.
+fn gain(change: &[f64], arrives: &[f64]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (with, without) in change.iter().zip(arrives) {
+        product += with * without;
+        square += without * without;
+    }
+    if square > 0.0 { product / square } else { 1.0 }
 }

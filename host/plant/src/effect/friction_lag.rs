@@ -91,7 +91,7 @@ pub(super) const ENTRY: Entry = Entry {
     model: "F with the level G(|v(t - T)|) in place of G(|v|)",
     parameters: &[
         Parameter::same("lag_s", Kind::Size, |_| [1e-3, 5e-2]),
-        Parameter::same("reversal_share", Kind::Shape, |_| [0.0, 1.0]),
+        Parameter::same("reversal_share", Kind::Shape, |_| [0.01, 1.0]),
     ],
     build: |values, _| {
         Box::new(Lag {

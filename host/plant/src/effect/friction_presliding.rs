@@ -1,14 +1,15 @@
 //! Presliding by elasto-plastic bristles, on an axis whose friction model is static.
 //!
-//! F = s level(v) + viscous, s the share of the level that bristles of deflection z_ss carry: the elasto-plastic model of
-//! `core` with a level of one, and a damping of d times its stiffness. In steady sliding s = sgn(v), and F is that of the
-//! model. Where the model has bristles, their z_ss adds up.
+//! The elasto-plastic model of `core` with the steady state of the axis's own: bristles that bend by z_ss in slow sliding, less
+//! where that level falls with speed, with a damping of d times their stiffness. Where the model has bristles, their z_ss adds up.
 //!
 //! Source: Dupont, Hayward, Armstrong, Altpeter, "Single state elastoplastic friction models", IEEE TAC 47(5), 2002.
 
 use super::{Effect, Entry, Kind, Parameter};
-use crate::contact::{Contact, Levels};
-use bristle_core::friction::{ElastoPlastic, Friction, Motion, elasto_plastic};
+use crate::contact::{Contact, Levels, contact};
+use crate::levelled::{Levelled, viscous_nm_s_rad};
+use bristle_core::friction::Motion;
+use bristle_core::friction::elasto_plastic::ElastoPlastic;
 use bristle_core::stribeck::Stribeck;
 
 struct Presliding {
@@ -20,28 +21,42 @@ struct Presliding {
 /// A friction model on bristles, in place of its own.
 struct OnBristles {
     inner: Box<dyn Contact>,
-    levels: Levels,
-    bristles: ElastoPlastic<f64, Stribeck<f64>>,
-    state: elasto_plastic::State<f64>,
+    bristles: Levelled,
+    creep_rad_s: f64,
+    viscous_nm_s_rad: f64,
+    fastest: Rates,
+}
+
+/// Stiffness and damping of bristles.
+struct Rates {
+    stiffness_nm_rad: f64,
+    damping_nm_s_rad: f64,
 }
 
 impl Presliding {
-    /// Bristles of a level of one. None for numbers that the model cannot take, such as a deflection below a picometre.
-    fn bristles(&self, z_ss_rad: f64) -> Option<ElastoPlastic<f64, Stribeck<f64>>> {
-        let stiffness = 1.0 / z_ss_rad;
-        let damping = stiffness * self.damping_s;
-        let curve = Stribeck::constant(1.0).ok()?;
-        ElastoPlastic::new(curve, stiffness, damping, 0.0, self.breakaway_ratio).ok()
+    /// Bristles of a model's break-away level, and how stiff they are. None for numbers that the model cannot take, such as a
+    /// deflection below a picometre.
+    fn bristles(&self, stiction_nm: f64, z_ss_rad: f64) -> Option<(Box<dyn Contact>, Rates)> {
+        let stiffness_nm_rad = stiction_nm / z_ss_rad;
+        let damping_nm_s_rad = stiffness_nm_rad * self.damping_s;
+        let curve = Stribeck::constant(stiction_nm).ok()?;
+        let ratio = self.breakaway_ratio;
+        let model = ElastoPlastic::new(curve, stiffness_nm_rad, damping_nm_s_rad, 0.0, ratio);
+        let rates = Rates {
+            stiffness_nm_rad,
+            damping_nm_s_rad,
+        };
+        Some((contact(model.ok()?), rates))
     }
 }
 
 impl Effect for Presliding {
     fn contact(&self, mut inner: Box<dyn Contact>) -> Box<dyn Contact> {
-        if self.bristles(self.z_ss_rad).is_none() {
+        let levels = Levels::of(inner.as_ref());
+        if self.bristles(levels.stiction_nm, self.z_ss_rad).is_none() {
             return inner;
         }
-        let levels = Levels::of(inner.as_ref());
-        // Far longer than any transient. From here on only its steady state is asked for.
+        // Far longer than any transient: how far its own bristles bend. From here on only its steady state is asked for.
         for _ in 0..10 {
             inner.step(Motion {
                 velocity_rad_s: 1.0,
@@ -49,12 +64,14 @@ impl Effect for Presliding {
                 dt_s: 1.0,
             });
         }
-        match self.bristles(self.z_ss_rad + inner.deflection_rad().abs()) {
-            Some(bristles) => Box::new(OnBristles {
+        let z_ss_rad = self.z_ss_rad + inner.deflection_rad().abs();
+        match self.bristles(levels.stiction_nm, z_ss_rad) {
+            Some((bristles, fastest)) => Box::new(OnBristles {
+                viscous_nm_s_rad: viscous_nm_s_rad(inner.as_ref()),
+                creep_rad_s: levels.creep_rad_s,
+                bristles: Levelled::new(bristles),
                 inner,
-                levels,
-                bristles,
-                state: elasto_plastic::State::default(),
+                fastest,
             }),
             None => inner,
         }
@@ -63,24 +80,14 @@ impl Effect for Presliding {
 
 impl Contact for OnBristles {
     fn step(&mut self, motion: Motion<f64>) -> f64 {
-        let share = self.bristles.step(&mut self.state, motion);
-        let inner_nm = if self.inner.holds_at_rest() {
-            self.inner.step(Motion {
-                applied_nm: f64::MAX.copysign(share),
-                ..motion
-            })
-        } else {
-            self.inner.steady_state_nm(motion.velocity_rad_s)
-        };
-        if inner_nm == 0.0 {
-            return share * self.levels.stiction_nm;
-        }
-        let level = inner_nm.abs().min(self.levels.stiction_nm);
-        share * level + (inner_nm - level.copysign(inner_nm))
+        let speed_rad_s = motion.velocity_rad_s.abs().max(self.creep_rad_s);
+        let level_nm = self.inner.steady_state_nm(speed_rad_s);
+        let dry_nm = level_nm - self.viscous_nm_s_rad * speed_rad_s;
+        self.bristles.step(motion, dry_nm) + self.viscous_nm_s_rad * motion.velocity_rad_s
     }
 
     fn deflection_rad(&self) -> f64 {
-        self.state.z_rad
+        self.bristles.deflection_rad()
     }
 
     fn holds_at_rest(&self) -> bool {
@@ -92,21 +99,23 @@ impl Contact for OnBristles {
     }
 
     fn rescale(&mut self, times: f64) {
-        self.bristles.rescale(&mut self.state, times);
+        self.bristles.rescale(times);
     }
 
     fn fastest_rate_1_s(&self, inertia_kg_m2: f64) -> f64 {
-        let per_inertia = self.levels.stiction_nm / inertia_kg_m2;
-        let stiffness = self.bristles.stiffness_nm_rad() * per_inertia;
-        stiffness
+        let Rates {
+            stiffness_nm_rad,
+            damping_nm_s_rad,
+        } = self.fastest;
+        (stiffness_nm_rad / inertia_kg_m2)
             .sqrt()
-            .max(self.bristles.damping_nm_s_rad() * per_inertia)
+            .max(damping_nm_s_rad / inertia_kg_m2)
     }
 }
 
 pub(super) const ENTRY: Entry = Entry {
     id: "friction.presliding",
-    model: "F with s(z) for sgn(v), dz/dt = v (1 - alpha(z, v) |z|/z_ss)",
+    model: "F with sigma0 z + sigma1 dz/dt for its dry part, dz/dt = v (1 - alpha(z, v) |z|/z_ss(v))",
     parameters: &[
         Parameter::new(["z_ss_rad", "z_ss_m"], Kind::Size, |scale| {
             scale.either([1e-3, 2e-2], [1e-6, 1e-4])

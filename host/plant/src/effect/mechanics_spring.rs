@@ -29,7 +29,7 @@ pub(super) const ENTRY: Entry = Entry {
         Parameter::new(["stiffness_nm_rad", "stiffness_n_m"], Kind::Size, |scale| {
             [0.0, 2.0 * scale.coulomb_nm / scale.stroke_rad()]
         }),
-        Parameter::new(["rest_rad", "rest_m"], Kind::Shape, |scale| {
+        Parameter::new(["rest_rad", "rest_m"], Kind::Zero, |scale| {
             [scale.lowest_rad, scale.highest_rad]
         }),
     ],

@@ -70,6 +70,8 @@ pub enum Kind {
     Place,
     /// Place beyond which something is in the way, near an end of the travel.
     Stop,
+    /// Where the effect passes through zero: its change is straight in this times its size.
+    Zero,
     /// Anything else: times, speeds, exponents.
     Shape,
     /// One of two forms: its lowest or its highest value.
@@ -182,6 +184,11 @@ impl Entry {
     /// Which part of the axis it sits in: the id up to its dot.
     pub fn block(&self) -> &'static str {
         self.id.split_once('.').map_or(self.id, |(block, _)| block)
+    }
+
+    /// Whether it lets effort through up to a limit.
+    pub fn cuts(&self) -> bool {
+        self.parameters.iter().any(|p| p.kind == Kind::Limit)
     }
 
     /// Default values in the order of its parameters.
