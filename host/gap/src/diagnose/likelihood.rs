@@ -32,6 +32,8 @@ pub struct Noise {
 /// J. R. Stat. Soc. B 63, call it the discrepancy.
 const DISCREPANCY: f64 = 0.12;
 
+/// Independent nodes that tell how large a rest is to a sixth.
+const TELLS: f64 = 20.0;
 /// Correlation is looked for up to this many nodes, some 0.3 s.
 const LONGEST_LAG: usize = 12;
 
@@ -266,6 +268,23 @@ impl Noise {
         } else {
             1.0
         }
+    }
+
+    /// Whether a rest is as large in every record and regime of motion, to a factor, where three or more of them are long enough to
+    /// tell: then it does not depend on what the axis does.
+    pub fn is_even(&self, nodes: &[Node], left_over: &[f64], factor: f64) -> bool {
+        let squares = self.mean_squares(nodes, left_over);
+        let groups = self.groups.iter().zip(&squares);
+        let moving = [Regime::Low, Regime::Sliding];
+        let told: Vec<f64> = groups
+            .flat_map(|(groups, squares)| {
+                moving.map(|at| (&groups[at as usize], squares[at as usize]))
+            })
+            .filter(|(group, _)| group.independent > TELLS)
+            .map(|(_, square)| square.sqrt())
+            .collect();
+        let most = told.iter().fold(0.0, |most: f64, rms| most.max(*rms));
+        told.len() >= 3 && told.iter().all(|rms| most < factor * rms)
     }
 
     /// The noise about a node.

@@ -7,11 +7,12 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{
-    ACCUSES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TIES, UNKNOWN, UNKNOWN_SLIDING, below_open,
-    choose, contribution, explained,
+    ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
+    UNKNOWN, UNKNOWN_SLIDING, below_open, choose, contribution, explained,
 };
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
+use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::{Own, Owner};
@@ -68,6 +69,8 @@ const TEMPERATURE: f64 = 8.0;
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
 const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
 const EFFECT_IS: (f64, f64) = (-2.0, 6.0);
+/// An effect by evidence where it takes little of times over all regimes.
+const EFFECT_IS_AT_LEAST: f64 = 0.6;
 /// The same of the answers that have no such measure.
 const EFFECTS_ARE: f64 = 0.6;
 const SMALL_IS: f64 = 0.7;
@@ -135,7 +138,9 @@ pub fn verdict(search: &Search) -> Verdict {
         let matters = |before, after| contribution(before, after) > MATTERS.hypot(takes);
         let of_moments = matters(base_rms, left_rms) && explained_rms > OF_MOMENTS;
         let explains = (matters(base_times, left_times) || of_moments) && explained > SHARE;
-        gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains)
+        let evident = h.log_evidence() - base.log_evidence() - nats > BY_EVIDENCE
+            && !h.added.iter().any(|entry| springs(entry));
+        gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains || evident)
     });
     // What is not accused explains nothing.
     let (unexplained, unexplained_times) = if accused {
@@ -144,9 +149,16 @@ pub fn verdict(search: &Search) -> Verdict {
         (base, base_times)
     };
     let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
-    let much = unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING;
-    let stands_for =
-        accused && !of_noise(best) && sliding_times > STANDS_FOR.0 && explained < STANDS_FOR.1;
+    let noise_alone = search
+        .noise
+        .is_even(&search.nodes, &unexplained.held_out, EVENLY);
+    let much = (unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING) && !noise_alone;
+    let takes_all = search.weighted_squares(best) < TAKES_ALL_BUT * search.weighted_squares(base);
+    let stands_for = accused
+        && !of_noise(best)
+        && !takes_all
+        && sliding_times > STANDS_FOR.0
+        && explained < STANDS_FOR.1;
     let left_unknown = (stands_for || much && explained <= SHARE) && !shown;
     let small = if accused || much {
         Vec::new()
@@ -196,7 +208,7 @@ pub fn verdict(search: &Search) -> Verdict {
         Kind::Effects => EFFECTS_ARE,
         _ if !small.is_empty() => SMALL_IS,
         _ if shown || of_noise(best) => NOISE_IS,
-        _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained),
+        _ => logistic(EFFECT_IS.0 + EFFECT_IS.1 * explained).max(EFFECT_IS_AT_LEAST),
     };
 
     // What the verdict does not take is shared by all other answers as their scores say.
