@@ -119,13 +119,15 @@ pub enum Experiment<T> {
 pub struct Player<T> {
     /// None is no torque.
     experiment: Option<Experiment<T>>,
-    tick_s: T,
     phase: u32,
     step: u32,
     bits: u16,
     level: T,
-    /// One over the ticks of a period, for the experiments that have one.
-    per_period: T,
+    /// One over the ticks of a period, a move or a ramp, for the experiments that have one: a product in the tick, where a
+    /// division would take ten times as long.
+    per_stretch: T,
+    /// One over its seconds.
+    per_stretch_1_s: T,
 }
 
 /// Seed of the shift register of [`Experiment::Prbs`]; any value but zero gives the same sequence, shifted.
@@ -139,18 +141,21 @@ impl<T: Real> Player<T> {
             Experiment::Moves { length_rad, .. } => length_rad,
             _ => T::ZERO,
         };
-        let period_ticks = match experiment {
+        let stretch_ticks = match experiment {
             Experiment::Sine { period_ticks, .. }
             | Experiment::PulseThenOscillation { period_ticks, .. }
             | Experiment::Reversals { period_ticks, .. }
             | Experiment::DahlRamp { period_ticks, .. }
             | Experiment::Multisine { period_ticks, .. } => period_ticks,
-            _ => 1,
+            Experiment::Moves { move_ticks, .. } => move_ticks,
+            Experiment::RestAndBreakAway { ramp_ticks, .. } => ramp_ticks,
+            Experiment::SpeedLadder { .. } | Experiment::Prbs { .. } => 1,
         };
+        let stretch_ticks = T::of_ticks(stretch_ticks.max(1));
         Self {
-            per_period: T::ONE / T::of_ticks(period_ticks.max(1)),
+            per_stretch: T::ONE / stretch_ticks,
+            per_stretch_1_s: T::ONE / (stretch_ticks * tick_s),
             experiment: Some(experiment),
-            tick_s,
             phase: 0,
             step: 0,
             bits: PRBS_START,
@@ -162,12 +167,12 @@ impl<T: Real> Player<T> {
     pub fn silent() -> Self {
         Self {
             experiment: None,
-            tick_s: T::ZERO,
             phase: 0,
             step: 0,
             bits: PRBS_START,
             level: T::ZERO,
-            per_period: T::ONE,
+            per_stretch: T::ONE,
+            per_stretch_1_s: T::ZERO,
         }
     }
 
@@ -207,7 +212,7 @@ impl<T: Real> Player<T> {
                 period_ticks,
             } => {
                 let (sin, cos) = self.sine(period_ticks);
-                let rate = T::of(core::f64::consts::TAU) / self.seconds(period_ticks);
+                let rate = T::of(core::f64::consts::TAU) * self.per_stretch_1_s;
                 Reference::Position {
                     position_rad: amplitude_rad * sin,
                     velocity_rad_s: amplitude_rad * cos * rate,
@@ -239,9 +244,9 @@ impl<T: Real> Player<T> {
                 amplitude_rad,
                 period_ticks,
             } => {
-                let x = T::of_ticks(self.advance(period_ticks)) * self.per_period;
+                let x = self.share(period_ticks);
                 let four = T::of(4.0);
-                let speed = four * amplitude_rad / self.seconds(period_ticks);
+                let speed = four * amplitude_rad * self.per_stretch_1_s;
                 let (position_rad, velocity_rad_s) = if x < T::of(0.25) {
                     (four * x, speed)
                 } else if x < T::of(0.75) {
@@ -264,8 +269,7 @@ impl<T: Real> Player<T> {
                     self.advance(dwell_ticks.saturating_mul(self.step / 2 + 1));
                     T::ZERO
                 } else {
-                    let torque =
-                        peak_nm * T::of_ticks(self.advance(ramp_ticks)) / T::of_ticks(ramp_ticks);
+                    let torque = peak_nm * self.share(ramp_ticks);
                     if forward { torque } else { -torque }
                 })
             }
@@ -285,6 +289,19 @@ impl<T: Real> Player<T> {
         }
     }
 
+    /// As [`Self::next_tick`] while a sine or nothing plays: its torque, N m.
+    #[inline(always)]
+    pub fn next_tick_of_sine(&mut self) -> Option<T> {
+        match self.experiment {
+            Some(Experiment::Sine {
+                amplitude_nm,
+                period_ticks,
+            }) => Some(amplitude_nm * self.sine(period_ticks).0),
+            None => Some(T::ZERO),
+            Some(_) => None,
+        }
+    }
+
     /// A tick of [`Experiment::Moves`]: out, pause, back, pause.
     #[inline(always)]
     fn moving(
@@ -297,7 +314,7 @@ impl<T: Real> Player<T> {
         let way = self.level;
         let out = self.step % 4 < 2;
         let (share, speed) = if self.step.is_multiple_of(2) {
-            moves::profile(self.advance(move_ticks), move_ticks)
+            moves::profile(self.share(move_ticks))
         } else {
             self.advance(moves::pause(self.bits, pause_ticks, pauses));
             if self.phase == 0 {
@@ -311,7 +328,7 @@ impl<T: Real> Player<T> {
             }
             (T::ONE, T::ZERO)
         };
-        let velocity_rad_s = way / self.seconds(move_ticks) * speed;
+        let velocity_rad_s = way * self.per_stretch_1_s * speed;
         if out {
             Reference::Position {
                 position_rad: way * share,
@@ -331,15 +348,16 @@ impl<T: Real> Player<T> {
         self.bits = (self.bits >> 1) | (feedback << 9);
     }
 
-    fn seconds(&self, ticks: u32) -> T {
-        T::of_ticks(ticks) * self.tick_s
-    }
-
     /// Sine and cosine at this tick's phase of a period, and on to the next.
     #[inline(always)]
     fn sine(&mut self, period_ticks: u32) -> (T, T) {
-        // A product: a division would take ten times as long.
-        sine_and_cosine(T::of_ticks(self.advance(period_ticks)) * self.per_period)
+        sine_and_cosine(self.share(period_ticks))
+    }
+
+    /// How much of the experiment's period, move or ramp is over, 0 to 1, and on to the next tick.
+    #[inline(always)]
+    fn share(&mut self, stretch_ticks: u32) -> T {
+        T::of_ticks(self.advance(stretch_ticks)) * self.per_stretch
     }
 
     /// The phase of this tick within a stretch of so many, and on to the next; a finished stretch counts a step.

@@ -27,6 +27,8 @@ pub struct FeedForward<T> {
     span: Span<T>,
     points_per_rad: T,
     speed_band_rad_s: T,
+    /// One over it: the tick has no time for a division.
+    per_speed_band_s_rad: T,
     dead_zone_nm: T,
     direction_nm: [[T; POINTS]; 2],
 }
@@ -52,6 +54,7 @@ impl<T: Real> FeedForward<T> {
             span,
             points_per_rad,
             speed_band_rad_s: positive("speed_band_rad_s", speed_band_rad_s)?,
+            per_speed_band_s_rad: T::ONE / speed_band_rad_s,
             dead_zone_nm: not_negative("dead_zone_nm", dead_zone_nm)?,
             direction_nm: [forward_nm, backward_nm],
         })
@@ -82,6 +85,7 @@ impl<T: Real> FeedForward<T> {
         span: Span::Period(T::ONE),
         points_per_rad: T::ZERO,
         speed_band_rad_s: T::ONE,
+        per_speed_band_s_rad: T::ONE,
         dead_zone_nm: T::ZERO,
         direction_nm: [[T::ZERO; POINTS]; 2],
     };
@@ -110,13 +114,14 @@ impl<T: Real> FeedForward<T> {
     pub fn lay(&mut self, span: Span<T>, speed_band_rad_s: T) -> Result<(), ParameterError> {
         let points_per_rad = points_per_rad(span)?;
         self.speed_band_rad_s = positive("speed_band_rad_s", speed_band_rad_s)?;
+        self.per_speed_band_s_rad = T::ONE / speed_band_rad_s;
         self.points_per_rad = points_per_rad;
         self.span = span;
         Ok(())
     }
 
     /// Torque to add at a position and a velocity, N m. Both may be anything: what is not finite adds nothing.
-    #[inline]
+    #[inline(always)]
     pub fn torque_nm(&self, position_rad: T, velocity_rad_s: T) -> T {
         if !position_rad.is_finite() || !velocity_rad_s.is_finite() {
             return T::ZERO;
@@ -147,10 +152,11 @@ impl<T: Real> FeedForward<T> {
             let next = (place + 1).min(POINTS - 1);
             (place, next, inside - T::of_count(place as i32))
         };
-        let value = |table: &[T; POINTS]| table[place] + (table[next] - table[place]) * part;
-        let [forward, backward] = [value(&self.direction_nm[0]), value(&self.direction_nm[1])];
+        let [forward, backward] = &self.direction_nm;
+        let forward = forward[place] + (forward[next] - forward[place]) * part;
+        let backward = backward[place] + (backward[next] - backward[place]) * part;
         let half = T::of(0.5);
-        let direction = velocity_rad_s.within(self.speed_band_rad_s) / self.speed_band_rad_s;
+        let direction = velocity_rad_s.within(self.speed_band_rad_s) * self.per_speed_band_s_rad;
         half * (forward + backward) + half * direction * (forward - backward)
     }
 

@@ -12,11 +12,10 @@ pub const LENGTHS: u32 = 8;
 /// Most lengths that a pause may have.
 pub const MOST_PAUSES: u32 = 1024;
 
-/// Share of the way and of the mean speed at a tick of a move.
+/// Share of the way and of the mean speed, given how much of a move is over.
 #[inline(always)]
-pub(super) fn profile<T: Real>(phase: u32, move_ticks: u32) -> (T, T) {
-    let (sin, cos) = sine_and_cosine(T::of_ticks(phase) / T::of_ticks(move_ticks.max(1)));
-    let x = T::of_ticks(phase) / T::of_ticks(move_ticks.max(1));
+pub(super) fn profile<T: Real>(x: T) -> (T, T) {
+    let (sin, cos) = sine_and_cosine(x);
     (
         x - sin * T::of(0.5 * core::f64::consts::FRAC_1_PI),
         T::ONE - cos,
