@@ -103,7 +103,7 @@ impl<T: Real> TorquePath<T> {
 /// Everything the tick runs; none of it changes in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick<T, C> {
-    /// Counts to steps and turns.
+    /// Counts to steps.
     pub encoder: Encoder,
     /// Reference to torque on the rotor.
     pub torque_path: TorquePath<T>,
@@ -136,8 +136,7 @@ pub struct State<T> {
 impl<T: Real> State<T> {
     /// The position counts from here on, and the loops start without history. The observers go on.
     pub fn begin_experiment(&mut self) {
-        self.encoder.turns = 0;
-        self.encoder.counts_in_turn = 0;
+        self.encoder.begin_travel();
         self.control = control::State::default();
         self.compensation = compensation::State::default();
     }
@@ -152,10 +151,6 @@ impl<T: Real> State<T> {
 /// What a tick saw and decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
-    /// Whole turns since the start.
-    pub turns: i32,
-    /// Counts within the turn.
-    pub counts_in_turn: i32,
     /// Step since the last tick in counts; zero if it was rejected.
     pub step_counts: i32,
     /// The step was too large to be motion.
@@ -304,8 +299,6 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         let position_rad = self.position_rad(&state.encoder);
         let torque_ref_nm = control(&mut state.control, position_rad, estimate.velocity_rad_s);
         Sample {
-            turns: state.encoder.turns,
-            counts_in_turn: state.encoder.counts_in_turn,
             step_counts,
             rejected,
             luenberger: estimate,
@@ -339,11 +332,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
 
     /// Position since the start, rad: exact in f32 for some hundred turns, which the position experiments stay within.
     fn position_rad(&self, state: &encoder::State) -> T {
-        let counts = state
-            .turns
-            .wrapping_mul(self.encoder.counts_per_turn())
-            .wrapping_add(state.counts_in_turn);
-        T::of_count(counts) * self.luenberger.settings().rad_per_count
+        T::of_count(state.travel_counts()) * self.luenberger.settings().rad_per_count
     }
 }
 

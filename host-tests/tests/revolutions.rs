@@ -6,7 +6,7 @@
 
 mod common;
 
-use bristle_core::encoder::Encoder;
+use bristle_core::encoder::{Encoder, Turns};
 use bristle_core::experiment::{Experiment, Player};
 use bristle_core::friction::elasto_plastic_fixed::{ElastoPlasticFixed, Scaling};
 use bristle_core::observer::time_free_fixed::{self, TimeFreeFixed};
@@ -102,6 +102,7 @@ fn run<R: Real>(start: u32, turns: u64, profile: &Profile) -> (Vec<Seen<R>>, i32
         };
         Player::new(experiment, tick_s)
     };
+    let mut position = Turns::default();
     // The torque of the sine experiment begins with the profile, so that both runs have the same.
     let mut player = torque(0.0);
     let mut state = tick.start(start);
@@ -113,6 +114,7 @@ fn run<R: Real>(start: u32, turns: u64, profile: &Profile) -> (Vec<Seen<R>>, i32
         }
         left = left.wrapping_sub(1);
         let sample = tick.run(&mut state, raw, &mut player);
+        tick.encoder.turn(&mut position, sample.step_counts);
         // Past zero `left` has wrapped: the profile has begun.
         if left > turns * SAMPLES_PER_TURN {
             seen.push(Seen {
@@ -121,8 +123,8 @@ fn run<R: Real>(start: u32, turns: u64, profile: &Profile) -> (Vec<Seen<R>>, i32
                 time_free_z: sample.time_free_z_rad,
                 w: tick
                     .time_free()
-                    .plastic_rad(&state.time_free, sample.counts_in_turn),
-                counts_in_turn: sample.counts_in_turn,
+                    .plastic_rad(&state.time_free, position.counts_in_turn),
+                counts_in_turn: position.counts_in_turn,
             });
         }
     }
@@ -130,7 +132,7 @@ fn run<R: Real>(start: u32, turns: u64, profile: &Profile) -> (Vec<Seen<R>>, i32
     assert_eq!(state.encoder.rejected, 0);
     assert_eq!(state.luenberger.rejected, 0);
     assert_eq!(state.time_free.rejected, 0);
-    (seen.split_off(profile.forget), state.encoder.turns)
+    (seen.split_off(profile.forget), position.turns)
 }
 
 fn compare<R: Real>(name: &str) {
@@ -187,6 +189,7 @@ fn run_fixed(start: u32, turns: u64, profile: &Profile) -> Vec<(I16F16, I16F16)>
     let observer = TimeFreeFixed::new(model, largest).unwrap();
     let encoder = Encoder::new(TURN as i32, largest).unwrap();
     let mut encoder_state = encoder.start(start);
+    let mut position = Turns::default();
     let mut state = time_free_fixed::State::default();
     let mut last = [0_i32; 32];
     let mut sum = 0;
@@ -194,11 +197,12 @@ fn run_fixed(start: u32, turns: u64, profile: &Profile) -> Vec<(I16F16, I16F16)>
     let mut seen = Vec::with_capacity(profile.counts.len());
     for (k, raw) in readings(start, turns, profile).enumerate() {
         let step = encoder.update(&mut encoder_state, raw).unwrap();
+        encoder.turn(&mut position, step);
         sum += step - std::mem::replace(&mut last[k % 32], step);
         let z = observer.step(&mut state, step, I16F16::from_bits(sum << 11));
         if k >= fast {
             // w within the turn: 16384 counts are the whole range of I16F16 but for its sign, so it fits.
-            let w = I16F16::from_num(encoder_state.counts_in_turn) - z;
+            let w = I16F16::from_num(position.counts_in_turn) - z;
             seen.push((z, w));
         }
     }
