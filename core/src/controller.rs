@@ -9,10 +9,12 @@ use crate::feed_forward::FeedForward;
 use crate::order::Order;
 use crate::parameters::Config;
 use crate::real::Real;
-use crate::supervisor::{Alarms, Fault, Limit, Observation, Request, State, Supervisor, Verdict};
+use crate::supervisor::{
+    Alarms, Fault, Limit, Observation, Request, State, Supervisor, Usual, Verdict,
+};
 use crate::tick;
 use crate::trace::{
-    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, Record, Status,
+    END_SHIFT, FLAG_DRIVE_ENABLED, FLAG_EXPERIMENT, FLAG_INDEX_SEEN, FLAG_OVERRUN, Record, Status,
 };
 
 /// What the hardware says at a tick.
@@ -48,11 +50,13 @@ pub struct Controller {
     fed_nm: f32,
     guard: Guard,
     begin: Begin,
-    /// Largest speed that neither the guard nor the supervisor has to look at, and torque that the guard does not.
+    /// Largest speed and torque that neither the guard nor the supervisor has to look at.
     usual_speed_rad_s: f32,
     usual_torque_nm: f32,
     /// As in the sample's flags: whether an experiment plays, and [`End`] of the last one.
     experiment: u8,
+    /// [`FLAG_OVERRUN`] if the last sample was lost.
+    lost: u8,
     supervisor: Supervisor,
     /// Of a tick to which the supervisor has nothing to say.
     usual_status: Status,
@@ -71,6 +75,7 @@ impl Controller {
             usual_speed_rad_s: config.limits.speed_rad_s,
             usual_torque_nm: config.limits.torque_nm,
             experiment: 0,
+            lost: 0,
             supervisor: Supervisor::new(watchdog_reset),
             usual_status: Status::default(),
         }
@@ -98,8 +103,7 @@ impl Controller {
         let (mut speed_rad_s, mut torque_nm) = (limits.speed_rad_s, limits.torque_nm);
         if self.is_playing() {
             speed_rad_s = speed_rad_s.least(self.guard.speed_rad_s);
-            // Beyond the controller's own limit it is limited, which is usual.
-            torque_nm = self.guard.torque_nm;
+            torque_nm = torque_nm.least(self.guard.torque_nm);
         }
         self.usual_speed_rad_s = speed_rad_s;
         self.usual_torque_nm = torque_nm;
@@ -153,15 +157,20 @@ impl Controller {
                 alarms = alarms.and(Alarms::INDEX);
             }
         }
-        if self.supervisor.is_against(&config.limits, alarms) {
+        let mut usual_speed_rad_s = self.usual_speed_rad_s;
+        if self.supervisor.is_held_or(alarms) {
             cold_path();
-            // A fault if something plays: its torque would not be put out, and the tick has more to do than others.
-            self.reference = Reference::Torque(0.0);
+            // No speed is usual in it.
+            usual_speed_rad_s = -1.0;
+            if self.supervisor.is_against(&config.limits, alarms) {
+                // A fault if something plays: its torque would not be put out, and the tick has more to do than others.
+                self.reference = Reference::Torque(0.0);
+            }
         }
         let sample = config.tick.decide(
             &mut self.state,
             input.raw,
-            self.reference,
+            &self.reference,
             self.usual_speed_rad_s,
         );
         let seen = Observation {
@@ -174,9 +183,15 @@ impl Controller {
         };
         let tick = self.supervisor.tick();
         let usual = if self.guard.is_near(&self.begin, input.raw) {
-            let (speed_rad_s, torque_nm) = (self.usual_speed_rad_s, self.usual_torque_nm);
+            let usual = Usual {
+                speed_rad_s: usual_speed_rad_s,
+                torque_nm: self.usual_torque_nm,
+            };
+            // Up to the guard's bound a torque is limited, beyond it ends what plays.
+            let (guard, playing) = (&self.guard, self.experiment & FLAG_EXPERIMENT != 0);
+            let may_be_limited = |torque_nm: f32| playing && torque_nm.abs() <= guard.torque_nm;
             self.supervisor
-                .usual(&config.limits, speed_rad_s, torque_nm, &seen)
+                .usual(&config.limits, &usual, &seen, may_be_limited)
         } else {
             cold_path();
             None
@@ -204,18 +219,39 @@ impl Controller {
         }
     }
 
+    /// The sample of the tick was lost, which the next one says.
+    #[inline(always)]
+    pub fn lose_sample(&mut self) {
+        self.lost = FLAG_OVERRUN;
+        self.supervisor.hold();
+    }
+
     /// What remains of a tick: finds the reference of the next one with what is added to it, from a table too if there is
     /// one, and whether its number makes it an unusual one.
     #[inline(always)]
     pub fn look_ahead(&mut self, config: &Config, table: Option<&FeedForward<f32>>) {
         self.reference = self.player.next_tick();
         config.tick.compensate(&mut self.state, self.reference);
-        if let Some(table) = table.filter(|_| self.is_playing()) {
+        if let Some(table) = table {
             cold_path();
-            let (state, reference) = (&mut self.state, &mut self.reference);
-            self.fed_nm = config.tick.feed(state, table, reference, self.fed_nm);
+            if self.is_playing() {
+                let (state, reference) = (&mut self.state, &mut self.reference);
+                self.fed_nm = config.tick.feed(state, table, reference, self.fed_nm);
+            }
         }
         self.look_at_number(config);
+    }
+
+    /// As [`Self::look_ahead`] without a table, if a sine or nothing plays; false if something else does.
+    #[inline(always)]
+    pub fn look_ahead_in_sine(&mut self, config: &Config) -> bool {
+        let Some(torque_nm) = self.player.next_tick_of_sine() else {
+            cold_path();
+            return false;
+        };
+        self.reference = Reference::Torque(torque_nm);
+        self.look_at_number(config);
+        true
     }
 
     #[inline(always)]
@@ -227,6 +263,7 @@ impl Controller {
         if self.is_playing() && self.guard.over(&self.begin) == self.supervisor.tick() {
             self.end(End::Finished);
             self.supervisor.stop();
+            self.supervisor.renew(&config.limits);
         } else {
             self.supervisor.time_out(&config.limits);
         }
@@ -264,8 +301,14 @@ impl Controller {
             }
         }
         flags |= self.flags(verdict.drive_enabled);
+        let lost = core::mem::take(&mut self.lost);
         let status = Status::new(verdict.state, verdict.limit, verdict.fault, flags);
-        (verdict, status)
+        if verdict.limit == Limit::Ramp && verdict.torque_nm == 0.0 && !playing {
+            // Nothing is asked for until a request comes, so that the ticks until then are usual ones.
+            self.supervisor.rest();
+            self.usual_status = status;
+        }
+        (verdict, status.with(lost))
     }
 
     /// What plays has ended, and does not resume.
@@ -276,32 +319,41 @@ impl Controller {
         self.reference = Reference::Torque(0.0);
     }
 
-    /// Takes an order, between two ticks.
+    /// Takes a request, between two ticks.
+    #[inline(always)]
+    pub fn ask(&mut self, config: &Config, request: Request) {
+        self.supervisor.ask(&config.limits, request);
+        match request {
+            Request::Stop | Request::Disarm if self.is_playing() => self.end(End::Stopped),
+            // Torque may flow from here on.
+            Request::Start => self.prepare(config),
+            _ => {}
+        }
+    }
+
+    /// Takes an order, between two ticks. What begins to play brings its first reference, and where none may begin nothing
+    /// plays: without a table the tick before it needs no [`Self::look_ahead`].
     #[inline(always)]
     pub fn obey(&mut self, config: &Config, order: &Order) {
         match order {
-            Order::Request(request) => {
-                self.supervisor.ask(&config.limits, *request);
-                match request {
-                    Request::Stop | Request::Disarm if self.is_playing() => self.end(End::Stopped),
-                    // Torque may flow from here on.
-                    Request::Start => self.prepare(config),
-                    _ => {}
-                }
-            }
+            Order::Request(request) => self.ask(config, *request),
             Order::Play(first, player, guard) => {
-                if self.supervisor.may_start() {
-                    self.reference = *first;
-                    self.fed_nm = 0.0;
-                    self.player = *player;
-                    self.guard = *guard;
-                    let raw = self.state.encoder.reading();
-                    self.begin = guard.begin(self.supervisor.tick(), raw);
-                    self.supervisor.watch(guard.over(&self.begin));
-                    self.experiment = FLAG_EXPERIMENT;
-                    self.state.begin_experiment();
+                if !self.supervisor.may_start() {
+                    cold_path();
+                    // Refused, and counted.
+                    self.supervisor.ask(&config.limits, Request::Start);
+                    return;
                 }
+                self.reference = *first;
+                self.fed_nm = 0.0;
+                self.player = *player;
+                self.guard = *guard;
+                let raw = self.state.encoder.reading();
+                self.begin = guard.begin(self.supervisor.tick(), raw);
+                self.supervisor.watch(guard.over(&self.begin));
+                self.state.begin_experiment();
                 self.supervisor.ask(&config.limits, Request::Start);
+                self.experiment = FLAG_EXPERIMENT;
                 self.prepare(config);
             }
         }
@@ -312,6 +364,7 @@ impl Controller {
     pub fn take_over(&mut self, config: &Config) {
         config.tick.take_over(&mut self.state);
         self.supervisor.renew(&config.limits);
+        self.supervisor.rest_no_more();
         self.look_at_number(config);
         self.prepare(config);
     }

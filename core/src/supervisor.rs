@@ -42,7 +42,7 @@ impl Alarms {
     pub const ILLEGAL: Self = Self(1);
     /// The drive does not say that it is well.
     pub const UNWELL: Self = Self(2);
-    /// The tick before was late, lost or too long.
+    /// The tick came late, or one before it was lost.
     pub const LATE: Self = Self(4);
     /// The index does not fit the counts.
     pub const INDEX: Self = Self(8);
@@ -85,7 +85,7 @@ pub struct Observation {
     pub velocity_rad_s: f32,
     /// Estimated deflection, rad; looked at only for whether it is a number.
     pub z_rad: f32,
-    /// Step since the last tick, counts.
+    /// Step since the last tick, counts; zero if it was rejected.
     pub step_counts: i32,
     /// What speaks against the tick.
     pub alarms: Alarms,
@@ -107,6 +107,15 @@ impl Observation {
         let nothing = sum - sum;
         nothing
     }
+}
+
+/// What a usual tick stays within; no more than the limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Usual {
+    /// Largest speed, rad/s.
+    pub(crate) speed_rad_s: f32,
+    /// Largest torque that is put out as it is, N m.
+    pub(crate) torque_nm: f32,
 }
 
 /// What may be put out.
@@ -140,8 +149,7 @@ pub struct Supervisor {
     asked_tick: u32,
     /// Tick at which somebody outside has to look.
     watched_tick: u32,
-    /// The first tick that its number alone makes unusual: the time-out's or the watched one. After a request the next tick,
-    /// which finds it.
+    /// The first tick that its number alone makes unusual: the time-out's or the watched one.
     due_tick: u32,
     index: Index,
     refused: u32,
@@ -190,14 +198,16 @@ impl Supervisor {
         self.watched_tick = tick;
     }
 
-    /// Finds the next tick that its number makes unusual: with new limits, and at such a tick.
+    /// Finds the next tick that its number makes unusual: with new limits, after a request, and at such a tick. That may be
+    /// this one if the host has been silent for too long. A watched tick comes after this one, which has been looked at.
     #[inline]
     pub(crate) fn renew(&mut self, limits: &Limits) {
         let silent = self.tick.wrapping_sub(self.asked_tick);
+        let unwatched = self.watched_tick.wrapping_sub(self.tick).wrapping_sub(1);
         let left = limits
             .command_ticks
             .saturating_sub(silent)
-            .min(self.watched_tick.wrapping_sub(self.tick));
+            .min(unwatched.saturating_add(1));
         self.due_tick = self.tick.wrapping_add(left);
     }
 
@@ -254,8 +264,7 @@ impl Supervisor {
     #[inline(always)]
     pub fn ask(&mut self, limits: &Limits, request: Request) {
         self.asked_tick = self.tick;
-        // What was found before may be this tick, which has been looked at and would be the last one.
-        self.due_tick = self.tick.wrapping_add(1);
+        self.renew(limits);
         match (request, self.state) {
             (Request::Arm, State::Idle) if !self.alarms.has(Alarms::UNWELL) => {
                 self.state = State::Armed;
@@ -290,6 +299,27 @@ impl Supervisor {
         self.held = Alarms::HELD;
     }
 
+    /// After the tick in which a stop has brought the torque to zero: as long as no torque is asked for, the next ones are
+    /// usual, up to the time-out's.
+    #[inline(always)]
+    pub(crate) fn rest(&mut self) {
+        self.held = Alarms::default();
+    }
+
+    /// Ends a [`Self::rest`], if there is one: the next tick is an unusual one.
+    #[inline(always)]
+    pub(crate) fn rest_no_more(&mut self) {
+        if self.stopping {
+            self.hold();
+        }
+    }
+
+    /// The next tick is an unusual one.
+    #[inline(always)]
+    pub(crate) fn hold(&mut self) {
+        self.held = Alarms::HELD;
+    }
+
     #[inline(always)]
     fn is_limited_too_long(&self, limits: &Limits) -> bool {
         self.ticks_limited >= limits.limit_ticks
@@ -300,13 +330,16 @@ impl Supervisor {
         self.tick.wrapping_sub(self.asked_tick) >= limits.command_ticks
     }
 
-    /// Before the step of a tick: whether an experiment that plays ends in it by a fault, as far as that is known.
+    /// Whether anything speaks against a tick, or makes it an unusual one before its step.
+    #[inline(always)]
+    pub(crate) fn is_held_or(&self, alarms: Alarms) -> bool {
+        alarms.and(self.held) != Alarms::default()
+    }
+
+    /// Before the step of a tick that [`Self::is_held_or`] has found: whether an experiment that plays ends in it by a
+    /// fault, as far as that is known.
     #[inline(always)]
     pub(crate) fn is_against(&self, limits: &Limits, alarms: Alarms) -> bool {
-        if alarms.and(self.held) == Alarms::default() {
-            return false;
-        }
-        cold_path();
         alarms != Alarms::default()
             || self.is_limited_too_long(limits)
             || self.is_silent_too_long(limits)
@@ -321,37 +354,41 @@ impl Supervisor {
     /// One tick.
     #[inline]
     pub fn step(&mut self, limits: &Limits, seen: &Observation) -> Verdict {
-        let (speed_rad_s, torque_nm) = (limits.speed_rad_s, limits.torque_nm);
         if self.is_due() {
             self.time_out(limits);
         }
-        if let Some(verdict) = self.usual(limits, speed_rad_s, torque_nm, seen) {
+        let usual = Usual {
+            speed_rad_s: limits.speed_rad_s,
+            torque_nm: limits.torque_nm,
+        };
+        if !self.is_held_or(seen.alarms)
+            && let Some(verdict) = self.usual(limits, &usual, seen, |_| false)
+        {
             return verdict;
         }
         cold_path();
         self.unusual(limits, seen)
     }
 
-    /// The tick as it nearly always is while torque flows: nothing is asked, nothing is wrong. Else `None`, and
-    /// [`Self::unusual`] is what remains to be done.
+    /// A tick that [`Self::is_held_or`] has not found, as it nearly always is: nothing is wrong. Else `None`, and
+    /// [`Self::unusual`] is what remains to be done. `may_be_limited` says it of a torque or slew beyond its limit.
     ///
-    /// The largest speed that is usual is the limit, or less; a torque that is usual may still be limited. What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
+    /// What is looked at here is what [`Self::examine`] and [`Self::armed`] look at, in the order of what it costs.
     #[inline]
     pub(crate) fn usual(
         &mut self,
         limits: &Limits,
-        usual_speed_rad_s: f32,
-        usual_torque_nm: f32,
+        usual: &Usual,
         seen: &Observation,
+        may_be_limited: impl FnOnce(f32) -> bool,
     ) -> Option<Verdict> {
-        if seen.alarms.and(self.held) != Alarms::default() {
-            cold_path();
-            return None;
-        }
         let mut ticks_stuck = 0;
         if seen.step_counts == 0 {
             // A tick with a step is the longer one, and goes straight on.
             cold_path();
+            if seen.alarms.has(Alarms::REJECTED) {
+                return None;
+            }
             if self.torque_nm.abs() >= limits.stuck_nm {
                 ticks_stuck = self.ticks_stuck.wrapping_add(1);
                 if ticks_stuck >= limits.stuck_ticks {
@@ -363,18 +400,21 @@ impl Supervisor {
         // The difference is zero, or NaN where the deflection is not finite.
         #[expect(clippy::eq_op, reason = "NaN where it is not finite")]
         let nothing = seen.z_rad - seen.z_rad;
-        // Written so that a NaN fails it.
-        let usual = seen.velocity_rad_s.abs() + nothing <= usual_speed_rad_s
-            && torque_nm.abs() <= usual_torque_nm;
-        if !usual {
+        // Written so that a NaN fails it, as the next one.
+        let slow = seen.velocity_rad_s.abs() + nothing <= usual.speed_rad_s;
+        if !slow {
             cold_path();
             return None;
         }
         let mut limit = Limit::None;
         let mut ticks_limited = 0;
-        if torque_nm.abs() > limits.torque_nm || (torque_nm - self.torque_nm).abs() > limits.slew_nm
-        {
+        let free = torque_nm.abs() <= usual.torque_nm
+            && (torque_nm - self.torque_nm).abs() <= limits.slew_nm;
+        if !free {
             cold_path();
+            if !may_be_limited(torque_nm) {
+                return None;
+            }
             (torque_nm, limit) = self.limited(limits, torque_nm);
             ticks_limited = self.ticks_limited.wrapping_add(1);
             self.held = Alarms::HELD.when(ticks_limited >= limits.limit_ticks);

@@ -194,7 +194,7 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
     /// One tick of an experiment: the counter reading in, the torque reference out.
     #[inline]
     pub fn run(&self, state: &mut State<T>, raw: u32, player: &mut Player<T>) -> Sample<T> {
-        let mut sample = self.decide(state, raw, player.next_tick(), T::of(f64::INFINITY));
+        let mut sample = self.decide(state, raw, &player.next_tick(), T::of(f64::INFINITY));
         sample.torque_ref_nm = self.control.limited(sample.torque_ref_nm);
         state.put_out(sample.torque_ref_nm);
         sample
@@ -207,21 +207,20 @@ impl<T: Real, C: Curve<T>> Tick<T, C> {
         &self,
         state: &mut State<T>,
         raw: u32,
-        reference: Reference<T>,
+        reference: &Reference<T>,
         fastest_rad_s: T,
     ) -> Sample<T> {
-        self.observe_and_control(
-            state,
-            raw,
-            |control, position_rad, velocity_rad_s| match reference {
+        self.observe_and_control(state, raw, |control, position_rad, velocity_rad_s| {
+            match *reference {
                 Reference::Torque(torque_nm) => torque_nm,
                 reference if velocity_rad_s.abs() <= fastest_rad_s => {
+                    cold_path();
                     self.control
                         .step(control, reference, position_rad, velocity_rad_s)
                 }
                 _ => T::ZERO,
-            },
-        )
+            }
+        })
     }
 
     /// Between two ticks: what the loop adds for friction in the next one, of this reference. A torque in open loop stays

@@ -291,3 +291,78 @@ fn a_jump_of_the_counter_is_a_fault_and_control_goes_on() {
     assert_eq!(output.record.status.state(), Some(State::Fault));
     assert_eq!(controller.rejected()[0], 1);
 }
+
+#[test]
+fn a_drive_at_rest_is_watched_as_one_that_moves() {
+    let config = BENCH.build(TICK_S, 1).unwrap();
+    let at_rest = || {
+        let mut controller = armed(&config);
+        ordered(&mut controller, &config, 7, sine(0.01));
+        ordered(&mut controller, &config, 7, Order::Request(Request::Stop));
+        let mut record = controller.step(&config, &well(7)).record;
+        for _ in 0..2_000 {
+            record = controller.step(&config, &well(7)).record;
+        }
+        assert_eq!(record.status.limit(), Some(Limit::Ramp));
+        assert_eq!(record.status.state(), Some(State::Armed));
+        assert_eq!(record.torque_ref_nm, 0.0);
+        controller
+    };
+    let unwell = Input {
+        alarms: Alarms::UNWELL,
+        ..well(7)
+    };
+    for (input, fault) in [
+        (unwell, Fault::DriveFault),
+        (well(100_000), Fault::Overspeed),
+    ] {
+        let record = at_rest().step(&config, &input).record;
+        assert_eq!(record.status.fault(), Some(fault));
+    }
+    // The request was taken before tick 202, the time-out is 10,000 ticks.
+    let mut controller = at_rest();
+    let mut record = controller.step(&config, &well(7)).record;
+    // Other parameters on the way leave it at rest, and what is at rest says so.
+    controller.take_over(&config);
+    while record.status.fault() == Some(Fault::None) {
+        assert_eq!(record.status.limit(), Some(Limit::Ramp));
+        assert!(record.tick < 10_202);
+        record = controller.step(&config, &well(7)).record;
+    }
+    assert_eq!(record.status.fault(), Some(Fault::CommandTimeout));
+    assert_eq!(record.tick, 10_202);
+}
+
+#[test]
+fn a_lost_sample_is_told_by_the_next_one_and_changes_nothing_else() {
+    let config = BENCH.build(TICK_S, 1).unwrap();
+    let ladder = play(
+        Experiment::SpeedLadder {
+            top_rad_s: 5.0,
+            ratio: 0.5,
+            hold_ticks: 400,
+        },
+        Bounds::open(u32::MAX),
+    );
+    for order in [sine(0.03), ladder] {
+        let [mut whole, mut torn] = [(); 2].map(|()| {
+            let mut controller = armed(&config);
+            ordered(&mut controller, &config, 7, order);
+            controller
+        });
+        for k in 0..5_000_u32 {
+            let raw = 7 + k / 20;
+            let expected = whole.step(&config, &well(raw));
+            let mut output = torn.step(&config, &well(raw));
+            if (k % 100).wrapping_sub(1) < 2 {
+                assert_ne!(output.record.status.flags() & FLAG_OVERRUN, 0);
+                output.record.status.0 &= !(u32::from(FLAG_OVERRUN) << 24);
+            }
+            assert_eq!(output, expected, "{k}");
+            if k % 100 < 2 {
+                torn.lose_sample();
+            }
+        }
+        assert_ne!(whole.step(&config, &well(257)).torque_nm, 0.0);
+    }
+}

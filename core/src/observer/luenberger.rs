@@ -215,7 +215,11 @@ impl<T: Real, C: Curve<T>> Luenberger<T, C> {
             self.kept * v + s.l1_1_s * measured + self.by_torque * (torque_nm + s.offset_nm)
                 - self.by_deflection * next
                 - self.by_deflection_step * (next - z);
-        let z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
+        let mut z_rad = next;
+        if s.l2 != T::ZERO {
+            cold_path();
+            z_rad = (next + s.l2 * (measured - expected)).within(self.friction.z_max_rad());
+        }
         // Written so that a NaN fails it, of the torque too.
         if velocity_rad_s.abs() <= s.max_speed_rad_s {
             state.estimate = Estimate {
