@@ -184,12 +184,6 @@ pub fn acknowledge_tick() {
     TIM7.sr().write(|w| w.set_uif(false));
 }
 
-/// True if the next tick is already due.
-#[inline(always)]
-pub fn next_tick_is_due() -> bool {
-    TIM7.sr().read().uif()
-}
-
 /// Cycles since the timer's update: in the first line of the handler, its entry latency.
 #[inline(always)]
 pub fn cycles_since_update() -> u32 {

@@ -14,6 +14,7 @@ use core::sync::atomic::Ordering;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
+use crate::exchange::News;
 use crate::link::send;
 use crate::rtt::Down;
 use crate::trace::PARAMETER_VERSION;
@@ -25,16 +26,16 @@ pub static WAKE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// The command task's state.
 pub struct Commands {
     link: Down,
-    orders: exchange::OrderIn,
+    news: exchange::NewsIn,
     parameters: Parameters,
 }
 
 impl Commands {
     /// With the parameters that the tick started on.
-    pub fn new(link: Down, orders: exchange::OrderIn, parameters: Parameters) -> Self {
+    pub fn new(link: Down, news: exchange::NewsIn, parameters: Parameters) -> Self {
         Self {
             link,
-            orders,
+            news,
             parameters,
         }
     }
@@ -135,7 +136,7 @@ impl Commands {
                 };
             }
         };
-        if self.orders.put(order) {
+        if self.news.put(News::Order(order)) {
             accepted()
         } else {
             Reply::Busy
@@ -157,7 +158,7 @@ impl Commands {
                 return Reply::to_parameters(&error);
             }
         };
-        if !exchange::offer(&config) {
+        if !exchange::offer(&mut self.news, &config) {
             return Reply::Busy;
         }
         while exchange::offer_is_pending() {

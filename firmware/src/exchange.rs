@@ -4,13 +4,12 @@
 //! are exchanged between two ticks, so that one tick never sees two sets.
 
 use core::cell::UnsafeCell;
-use core::hint::cold_path;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicPtr, AtomicU32, Ordering, compiler_fence};
 
 use crate::output;
 use crate::ring::{Putter, Ring, Taker};
-use crate::timing::{QUEUE_ORDERS, QUEUE_SAMPLES, TICKS_PER_WAKE};
+use crate::timing::{QUEUE_NEWS, QUEUE_SAMPLES, TICKS_PER_WAKE};
 use bristle_core::controller::Controller;
 use bristle_core::feed_forward::FeedForward;
 use bristle_core::order::Order;
@@ -19,8 +18,17 @@ use bristle_core::trace::Record;
 
 /// The trace's end of the sample queue.
 pub type SampleOut = Taker<Record, QUEUE_SAMPLES>;
-/// The command task's end of the order queue.
-pub type OrderIn = Putter<Order, QUEUE_ORDERS>;
+
+/// What the command task has for the tick.
+#[derive(Clone, Copy)]
+pub enum News {
+    /// Something to be done.
+    Order(Order),
+    /// Other parameters, see [`take_over`].
+    Parameters,
+}
+/// The command task's end of the queue into the tick.
+pub type NewsIn = Putter<News, QUEUE_NEWS>;
 
 /// A place that one context at a time reaches.
 pub struct Place<T>(UnsafeCell<MaybeUninit<T>>);
@@ -68,10 +76,6 @@ pub struct TickSide {
     pub entered: u32,
     /// Ticks until the tasks are woken.
     pub ticks_to_wake: u32,
-    /// Flag of the next sample: the one before found the queue full.
-    pub overrun: u8,
-    /// The tick before was still running when this one was due.
-    pub late: bool,
 }
 
 /// What the tick runs on.
@@ -133,7 +137,7 @@ pub struct Shared {
     /// How the ticks went.
     pub stats: Stats,
     /// The tick takes.
-    pub orders: Ring<Order, QUEUE_ORDERS>,
+    pub news: Ring<News, QUEUE_NEWS>,
     /// The tick puts.
     pub samples: Ring<Record, QUEUE_SAMPLES>,
 }
@@ -158,7 +162,7 @@ pub static SHARED: Shared = Shared {
         rejected_time_free: AtomicU32::new(0),
         requests_refused: AtomicU32::new(0),
     },
-    orders: Ring::new(),
+    news: Ring::new(),
     samples: Ring::new(),
 };
 
@@ -172,8 +176,8 @@ static TABLES: [Place<FeedForward<f32>>; 2] = [Place::empty(), Place::empty()];
 pub struct Ends {
     /// Samples out.
     pub samples: SampleOut,
-    /// Orders in.
-    pub orders: OrderIn,
+    /// Orders and parameters in.
+    pub news: NewsIn,
 }
 
 /// Fills all places and splits the queues.
@@ -192,12 +196,10 @@ pub unsafe fn init(config: Config, controller: Controller) -> Ends {
             controller,
             entered: 0,
             ticks_to_wake: TICKS_PER_WAKE,
-            overrun: 0,
-            late: false,
         });
         Ends {
             samples: SHARED.samples.taker(),
-            orders: SHARED.orders.putter(),
+            news: SHARED.news.putter(),
         }
     }
 }
@@ -210,21 +212,16 @@ pub fn parameters() -> &'static Parameters {
     unsafe { &*active }
 }
 
-/// Goes on to the parameters offered last, and says whether there are any.
+/// Goes on to the parameters offered last.
 ///
 /// # Safety
 /// Only between two ticks, while nobody looks at [`parameters`].
 #[inline(always)]
-pub unsafe fn take_over() -> bool {
+pub unsafe fn take_over() {
     let next = SHARED.next.load(Ordering::Relaxed);
     // On one core only the compiler could put reads of the slot before this.
     compiler_fence(Ordering::SeqCst);
-    let changed = next != SHARED.active.load(Ordering::Relaxed);
-    if changed {
-        cold_path();
-        SHARED.active.store(next, Ordering::Relaxed);
-    }
-    changed
+    SHARED.active.store(next, Ordering::Relaxed);
 }
 
 /// The feed-forward table in use.
@@ -260,8 +257,8 @@ pub fn offer_is_pending() -> bool {
     SHARED.next.load(Ordering::Relaxed) != SHARED.active.load(Ordering::Relaxed)
 }
 
-/// Offers parameters to the tick; false while an offer is pending. Only for the command task.
-pub fn offer(config: &Config) -> bool {
+/// Offers parameters to the tick; false while an offer is pending or there is no room for one. Only for the command task.
+pub fn offer(news: &mut NewsIn, config: &Config) -> bool {
     if offer_is_pending() {
         return false;
     }
@@ -274,6 +271,11 @@ pub fn offer(config: &Config) -> bool {
     // SAFETY: the tick runs on the other slot, and will until `next` names this one.
     unsafe { free.fill(Parameters::new(*config)) };
     compiler_fence(Ordering::SeqCst);
+    let active = SHARED.active.load(Ordering::Relaxed);
     SHARED.next.store(free.pointer(), Ordering::Relaxed);
-    true
+    let put = news.put(News::Parameters);
+    if !put {
+        SHARED.next.store(active, Ordering::Relaxed);
+    }
+    put
 }

@@ -67,7 +67,7 @@ async fn main(_spawner: Spawner) {
     safety::start_watchdog();
     // SAFETY: everything the handlers use has been set up above.
     unsafe { board::start_ticks() };
-    command::Commands::new(channels.commands, ends.orders, BENCH)
+    command::Commands::new(channels.commands, ends.news, BENCH)
         .run()
         .await
 }

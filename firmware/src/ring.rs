@@ -80,18 +80,24 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         true
     }
 
+    /// True if there is no item, to the side that takes.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.taken.load(Ordering::Relaxed) == self.put.load(Ordering::Relaxed)
+    }
+
     /// The oldest item, in its place.
     ///
     /// # Safety
     /// Only one context takes, and it has no use for the item after [`Self::release`].
     #[inline(always)]
     pub unsafe fn oldest(&self) -> Option<&T> {
-        let taken = self.taken.load(Ordering::Relaxed);
-        if taken == self.put.load(Ordering::Relaxed) {
+        if self.is_empty() {
             return None;
         }
         cold_path();
         compiler_fence(Ordering::Acquire);
+        let taken = self.taken.load(Ordering::Relaxed);
         // SAFETY: `put` says that an item is here, and the putter does not write here before `taken` says so.
         Some(unsafe { &*self.place(taken) })
     }

@@ -14,11 +14,12 @@
 use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use bristle_core::controller::Input;
-use bristle_core::supervisor::Alarms;
-use bristle_core::trace::FLAG_OVERRUN;
+use bristle_core::controller::{Controller, Input};
+use bristle_core::feed_forward::FeedForward;
+use bristle_core::order::Order;
+use bristle_core::supervisor::{Alarms, Request};
 
-use crate::exchange::{self, SHARED};
+use crate::exchange::{self, News, SHARED, TickSide};
 use crate::{board, output, timing};
 
 /// The handler; the vector table knows it by this name.
@@ -34,14 +35,14 @@ unsafe extern "C" fn TIM7_DAC() {
     let side = unsafe { SHARED.side.get() };
     let mut alarms = Alarms::ILLEGAL
         .when(reading.illegal)
-        .and(Alarms::UNWELL.when(!board::drive_is_healthy()))
-        .and(Alarms::LATE.when(side.late));
+        .and(Alarms::UNWELL.when(!board::drive_is_healthy()));
     if entered.wrapping_sub(side.entered) > timing::LOST_CYCLES || latency > timing::LATE_CYCLES {
         cold_path();
         alarms = alarms.and(Alarms::LATE);
     }
     side.entered = entered;
     stats.latency_cycles.store(latency, Ordering::Relaxed);
+    raise(&stats.most_latency_cycles, latency);
     let parameters = exchange::parameters();
     let config = &parameters.config;
     let controller = &mut side.controller;
@@ -50,15 +51,13 @@ unsafe extern "C" fn TIM7_DAC() {
         index: reading.index,
         alarms,
     };
-    let mut out = controller.react(config, &input);
+    let out = controller.react(config, &input);
     output::write(output::code(out.torque_nm, parameters.half_codes_1_nm));
     board::set_drive_enable(out.drive_enabled);
-    out.record.status = out.record.status.with(side.overrun);
-    side.overrun = 0;
     // SAFETY: only the tick puts.
     if !unsafe { SHARED.samples.put(out.record) } {
         cold_path();
-        side.overrun = FLAG_OVERRUN;
+        controller.lose_sample();
         count(&stats.queue_overruns);
     }
     board::prepare_next_tick();
@@ -76,30 +75,87 @@ unsafe extern "C" fn CORDIC() {
     stats
         .ticks
         .store(controller.supervisor().tick(), Ordering::Relaxed);
-    controller.look_ahead(&exchange::parameters().config, exchange::table());
-    // SAFETY: not in the tick, and the only call.
-    let changed = unsafe { exchange::take_over() };
-    let config = &exchange::parameters().config;
-    if changed {
-        cold_path();
-        controller.take_over(config);
-    }
+    let table = exchange::table();
     // SAFETY: nobody else takes.
-    if let Some(order) = unsafe { SHARED.orders.oldest() } {
-        cold_path();
-        controller.obey(config, order);
-        // SAFETY: as above.
-        unsafe { SHARED.orders.release() };
+    let news = unsafe { SHARED.news.oldest() };
+    // What begins brings its first reference, and only what a table has added has to be taken off before.
+    if table.is_some() || !matches!(news, Some(News::Order(Order::Play(..)))) {
+        look_ahead(controller, table);
     }
-    raise(
-        &stats.most_latency_cycles,
-        stats.latency_cycles.load(Ordering::Relaxed),
-    );
-    side.ticks_to_wake -= 1;
-    if side.ticks_to_wake == 0 {
+    if let Some(news) = news {
         cold_path();
+        follow(controller, news);
+        // SAFETY: as above, and the news are not used any more.
+        unsafe { SHARED.news.release() };
+    } else {
+        // A tick with news has enough to do, and this waits.
+        side.ticks_to_wake -= 1;
+        if side.ticks_to_wake <= 1 {
+            cold_path();
+            remind(side);
+        }
+    }
+    let run = board::cycles().wrapping_sub(side.entered);
+    stats.run_cycles.store(run, Ordering::Relaxed);
+    raise(&stats.most_run_cycles, run);
+}
+
+/// Finds what the next tick does.
+#[inline(always)]
+fn look_ahead(controller: &mut Controller, table: Option<&FeedForward<f32>>) {
+    let config = &exchange::parameters().config;
+    if table.is_some() || !controller.look_ahead_in_sine(config) {
+        cold_path();
+        look_further_ahead(controller, table);
+    }
+}
+
+/// What a sine without a table does not need; apart from it, as is what follows [`News`], so that the usual way has none of
+/// their registers to save.
+#[unsafe(link_section = ".ccm.text.look_further_ahead")]
+#[inline(never)]
+fn look_further_ahead(controller: &mut Controller, table: Option<&FeedForward<f32>>) {
+    controller.look_ahead(&exchange::parameters().config, table);
+}
+
+/// Follows an order or goes on to other parameters.
+#[inline(always)]
+fn follow(controller: &mut Controller, news: &News) {
+    match news {
+        News::Order(Order::Request(request)) => ask(controller, *request),
+        News::Order(order) => obey(controller, order),
+        News::Parameters => take_over(controller),
+    }
+}
+
+#[unsafe(link_section = ".ccm.text.ask")]
+#[inline(never)]
+fn ask(controller: &mut Controller, request: Request) {
+    controller.ask(&exchange::parameters().config, request);
+}
+
+#[unsafe(link_section = ".ccm.text.obey")]
+#[inline(never)]
+fn obey(controller: &mut Controller, order: &Order) {
+    controller.obey(&exchange::parameters().config, order);
+}
+
+#[unsafe(link_section = ".ccm.text.take_over")]
+#[inline(never)]
+fn take_over(controller: &mut Controller) {
+    // SAFETY: not in the tick, and the only call.
+    unsafe { exchange::take_over() };
+    controller.take_over(&exchange::parameters().config);
+}
+
+/// Wakes the tasks, and in the tick before tells them what was refused.
+#[inline(always)]
+fn remind(side: &mut TickSide) {
+    if side.ticks_to_wake == 0 {
         side.ticks_to_wake = timing::TICKS_PER_WAKE;
         board::wake_tasks();
+    } else {
+        let (stats, controller) = (&SHARED.stats, &side.controller);
         let refused = controller.supervisor().refused();
         stats.requests_refused.store(refused, Ordering::Relaxed);
         let [encoder, luenberger, time_free] = controller.rejected();
@@ -109,10 +165,6 @@ unsafe extern "C" fn CORDIC() {
             .store(luenberger, Ordering::Relaxed);
         stats.rejected_time_free.store(time_free, Ordering::Relaxed);
     }
-    let run = board::cycles().wrapping_sub(side.entered);
-    stats.run_cycles.store(run, Ordering::Relaxed);
-    raise(&stats.most_run_cycles, run);
-    side.late = board::next_tick_is_due();
 }
 
 /// Adds one; nobody else writes, so that no exclusive access is needed.
@@ -127,6 +179,7 @@ fn count(counter: &AtomicU32) {
 #[inline(always)]
 fn raise(most: &AtomicU32, value: u32) {
     if value > most.load(Ordering::Relaxed) {
+        cold_path();
         most.store(value, Ordering::Relaxed);
     }
 }

@@ -16,9 +16,10 @@ const _: () = assert!(TICK_CYCLES * TICK_HZ == CORE_HZ);
 /// s
 pub const TICK_S: f32 = 1.0 / TICK_HZ as f32;
 
-/// Cycles from the timer's update to the entry of the handler above which the tick counts as late. The entry takes 12
-/// cycles plus the flash wait of the vector; nothing masks the interrupt, so a fifth of a tick means a fault.
-pub const LATE_CYCLES: u32 = TICK_CYCLES / 5;
+/// Cycles from the timer's update to the entry of the handler above which the tick counts as late: 5 us. The entry takes 12
+/// cycles plus the flash wait of the vector, and nothing masks the interrupt. Only the tick before can hold it up, so
+/// that one which is still running when this one is due shows here too.
+pub const LATE_CYCLES: u32 = TICK_CYCLES / 20;
 
 /// Cycles between two entries above which a tick was lost.
 pub const LOST_CYCLES: u32 = TICK_CYCLES * 3 / 2;
@@ -59,8 +60,9 @@ pub const PRIORITY_TASKS: u8 = 8;
 /// before the watchdog ends it. A power of two.
 pub const QUEUE_SAMPLES: usize = 512;
 
-/// Orders that the queue into the handler holds; it takes one a tick, the host sends at most some in a millisecond.
-pub const QUEUE_ORDERS: usize = 8;
+/// Orders and parameters that the queue into the handler holds; it takes one a tick, the host sends at most some in a
+/// millisecond.
+pub const QUEUE_NEWS: usize = 8;
 
 /// Periods of the torque PWM in a tick, with the `pwm` feature: 40 kHz, above hearing and far above the drive's filter.
 pub const PWM_PER_TICK: u32 = 4;

@@ -83,7 +83,7 @@ pub fn run(path: &Path) -> bool {
     }
     if clean {
         println!(
-            "no panic, log, critical section, allocation, 64-bit division or f64; all of it in CCM"
+            "no panic, log, critical section, allocation, 64-bit division or software float; all of it in CCM"
         );
     }
     clean && sees

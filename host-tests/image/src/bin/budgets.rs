@@ -22,7 +22,8 @@ are not like those: stops, disarming, ends and new parameters; each fault of an 
 that begins while another one plays; every other experiment; and these with friction compensation and a feed-forward
 table. What a tick does for the next one (its reference, compensation, orders, new parameters, statistics) is an interrupt
 that follows the handler, after the torque has been put out: the follower. Both together are what a tick takes of its
-17,000 cycles; the last rows count them tick by tick.
+17,000 cycles; the last rows count them tick by tick, and in the experiment of the thesis they stay within what the handler
+alone may take.
 
 ";
 
