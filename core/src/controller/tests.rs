@@ -366,3 +366,26 @@ fn a_lost_sample_is_told_by_the_next_one_and_changes_nothing_else() {
         assert_ne!(whole.step(&config, &well(257)).torque_nm, 0.0);
     }
 }
+
+#[test]
+fn silence_after_an_end_and_a_start_is_a_fault_in_its_tick() {
+    let config = BENCH.build(TICK_S, 1).unwrap();
+    let mut controller = armed(&config);
+    let experiment = Experiment::Sine {
+        amplitude_nm: 0.001,
+        period_ticks: 10_000,
+    };
+    // Begins in tick 201 and ends in tick 1201.
+    let order = play(experiment, Bounds::open(1_000));
+    let mut record = ordered(&mut controller, &config, 7, order).record;
+    while record.status.fault() == Some(Fault::None) {
+        if record.tick == 1_500 {
+            assert_eq!(record.status.ended(), Some(End::Finished));
+            controller.obey(&config, &Order::Request(Request::Start));
+        }
+        record = controller.step(&config, &well(7)).record;
+        assert!(record.tick <= 11_501);
+    }
+    assert_eq!(record.status.fault(), Some(Fault::CommandTimeout));
+    assert_eq!(record.tick, 11_501);
+}
