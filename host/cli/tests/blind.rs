@@ -91,7 +91,8 @@ fn a_small_set_is_answered_and_scored() {
 /// where the method's error looks like a load behind a spring; cogging on a friction that warms up. Then three that others explain
 /// as well, but with more or stranger parameters: an offset, an eccentricity, and cogging on a linear axis. Then a coupling whose
 /// vibration passes for noise until it is fitted, and three pairs: whose second effect lies below what is open, is hardly tried
-/// alone, or shares much with the first.
+/// alone, or shares much with the first. A spring whose rest lies outside the travel, tight spots of less than two waves over it,
+/// a pair whose second effect explains nothing alone; and a recorder's noise that is correlated for longer than its differences show.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [
@@ -119,6 +120,14 @@ fn opened_cases_are_answered() {
             "effects",
             &["mechanics.spring", "friction.stribeck"],
         ),
+        ("48078", "effect", &["mechanics.spring"]),
+        ("48082", "effect", &["friction.position"]),
+        (
+            "48154",
+            "effects",
+            &["friction.stribeck", "mechanics.spring"],
+        ),
+        ("48056", "parameters", &[]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();

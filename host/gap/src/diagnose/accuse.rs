@@ -13,10 +13,10 @@ pub(super) const ACCUSES: f64 = 20.0;
 /// Times of what is open that an effect must take away, were it independent of what is left: less is what a model's own
 /// error leaves to it.
 pub(super) const MATTERS: f64 = 0.4;
-/// Nats of evidence that an effect must gain to be accused whatever share that is of times that are counted over all regimes: what
+/// Nats of evidence that an effect must gain, and part of the weighted squares that it must take away, to be accused whatever share that is of times that are counted over all regimes: what
 /// acts in few of them, as friction that remembers a rest, hardly shows there. Opened axes without an effect were at 28 at most,
-/// those with one that no list has at 40, where it was no load behind a spring.
-pub(super) const BY_EVIDENCE: f64 = 50.0;
+/// those with one that no list has at 40, where it was no load behind a spring; one that took 0.08 away was at 70.
+pub(super) const BY_EVIDENCE: (f64, f64) = (50.0, 0.1);
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
 pub(super) const SHARE: f64 = 0.25;
 /// Share of a gap of few moments, in the ratio of root-mean-squares, that an effect must explain where the geometric mean hardly
@@ -46,9 +46,13 @@ pub(super) const UNKNOWN: f64 = 1.4;
 pub(super) const UNKNOWN_SLIDING: f64 = 1.6;
 /// Times of what is open, of all and of sliding alone, below which nothing is left.
 const NOTHING: [f64; 2] = [1.15, 1.25];
+/// The same of the geometric mean over records in sliding: one that is coarse does not hide the others. Those were left with 1.4 at
+/// most, and with 1.6 and more.
+pub(super) const UNKNOWN_SLIDING_USUALLY: f64 = 1.55;
 /// A rest as large in every record and regime of motion, to this factor, is noise of the recorder that is correlated for longer than
-/// its differences show. Opened cases with an effect that no list has were at 1.5 and more.
-pub(super) const EVENLY: f64 = 1.2;
+/// its differences show, up to so many times of what is open. Of opened cases with an effect that no list has one was at 1.15 and
+/// seven times, the others at 1.5 and more.
+pub(super) const EVENLY: (f64, f64) = (1.1, 3.0);
 /// Part of the weighted squares left by an effect that is named whatever its form leaves in sliding.
 pub(super) const TAKES_ALL_BUT: f64 = 0.05;
 /// Beyond so many of these times in sliding, and below such a share of the gap, what is named stands for something that no list has, as
@@ -69,7 +73,9 @@ const GROWS_WITH_LOAD: &str = "friction.load";
 
 /// The best single effect, or the best pair if it is worth its second effect.
 pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
-    let holds = |h: &&Hypothesis| search.shown.is_none_or(|id| h.ids().contains(&id));
+    let holds = |h: &&Hypothesis| {
+        search.shown.is_none_or(|id| h.ids().contains(&id)) && h.is_credible(&search.base)
+    };
     let single = match search.shown {
         Some(_) => search.single.iter().find(holds),
         None => foremost(&search.single, &search.base),
@@ -133,7 +139,11 @@ fn best_pair<'a>(
 /// What a second effect is looked for beside: noise that positions show by themselves, whatever else is there; or the best.
 pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Option<&'a Hypothesis> {
     let shows = |h: &&Hypothesis| of_noise(h) && h.score - base.score > ACCUSES;
-    single.iter().find(shows).or_else(|| single.first())
+    let credible = |h: &&Hypothesis| h.is_credible(base);
+    single
+        .iter()
+        .find(shows)
+        .or_else(|| single.iter().find(credible))
 }
 
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
@@ -172,6 +182,7 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
         .collect();
     let tells = |h: &&Hypothesis| {
         !of_noise(h)
+            && h.is_credible(&search.base)
             && !springs(h.added[0])
             && h.added[0].id != GROWS_WITH_LOAD
             && sprung.iter().all(|s| alike(search, h, s) < LIKE_A_SPRING)

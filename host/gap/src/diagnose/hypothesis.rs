@@ -4,11 +4,15 @@ use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
-use bristle_plant::effect::Entry;
+use bristle_plant::effect::{Entry, Kind};
 use nalgebra::Cholesky;
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+
+/// Nats of belief in the simulator's own parameters that an effect may cost. Of opened cases right answers cost 2 at most, an effect
+/// that was not there 109.
+const STRAINS: f64 = 30.0;
 
 /// The simulator, perhaps with effects, fitted and scored.
 #[derive(Clone)]
@@ -39,6 +43,22 @@ impl Hypothesis {
     /// Assoc. 90, section 4.1 (Laplace's method).
     pub fn log_evidence(&self) -> f64 {
         self.score + self.log_occam
+    }
+
+    /// Whether it may be accused: not where it is fitted as small as it can be, which is all that keeps it from not being there; nor
+    /// where the simulator's own parameters go farther from what is believed than without it, as when a limit cuts all effort and
+    /// they shrink with it.
+    pub(super) fn is_credible(&self, base: &Self) -> bool {
+        let is_least = |free: &Free, x: f64| {
+            let Owner::Effect(effect, parameter) = free.owner else {
+                return false;
+            };
+            let [least, _] = free.range;
+            let kind = self.model.effects[effect].entry.parameters[parameter].kind;
+            kind == Kind::Size && least > 0.0 && free.value(x) <= least
+        };
+        let mut fitted = self.model.free.iter().zip(&self.fit.at);
+        self.log_belief > base.log_belief - STRAINS && !fitted.any(|(free, &x)| is_least(free, x))
     }
 
     /// Scores what it leaves over at all nodes that count.

@@ -237,10 +237,15 @@ impl Noise {
     /// How many times what is open a rest is: the geometric mean over all that is independent and moves, so that no one
     /// regime decides by its size.
     pub fn times_open(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
+        self.times_open_in(nodes, left_over, &[Regime::Low, Regime::Sliding])
+    }
+
+    /// The same in some regimes.
+    pub fn times_open_in(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
         let squares = self.mean_squares(nodes, left_over);
         let (mut sum, mut weight) = (0.0, 0.0);
         for (groups, squares) in self.groups.iter().zip(&squares) {
-            for regime in [Regime::Low, Regime::Sliding] {
+            for &regime in regimes {
                 let (group, square) = (&groups[regime as usize], squares[regime as usize]);
                 if group.nodes > 0 && group.open_nm > 0.0 {
                     let times = (square.sqrt() / group.open_nm).max(1.0);

@@ -171,7 +171,9 @@ fn refit(ground: &Ground<'_>, as_given: &[f64], own: &Own) -> Result<(Vec<f64>, 
 
 /// What gains enough that its null is asked for.
 fn accusable(search: &Search) -> Vec<&'static Entry> {
-    let gains = |h: &&Hypothesis| h.score - search.base.score > ACCUSES && !of_noise(h);
+    let base = &search.base;
+    let gains =
+        |h: &&Hypothesis| h.score - base.score > ACCUSES && !of_noise(h) && h.is_credible(base);
     let mut accusable: Vec<&'static Entry> = search
         .single
         .iter()

@@ -8,7 +8,7 @@
 
 use super::accuse::{
     ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
-    UNKNOWN, UNKNOWN_SLIDING, below_open, choose, contribution, explained,
+    UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, below_open, choose, contribution, explained,
 };
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
@@ -89,6 +89,7 @@ pub fn verdict(search: &Search) -> Verdict {
         .single
         .iter()
         .chain(&search.several)
+        .filter(|h| h.is_credible(base))
         .cloned()
         .collect();
     sort(&mut ranked);
@@ -138,7 +139,8 @@ pub fn verdict(search: &Search) -> Verdict {
         let matters = |before, after| contribution(before, after) > MATTERS.hypot(takes);
         let of_moments = matters(base_rms, left_rms) && explained_rms > OF_MOMENTS;
         let explains = (matters(base_times, left_times) || of_moments) && explained > SHARE;
-        let evident = h.log_evidence() - base.log_evidence() - nats > BY_EVIDENCE
+        let evident = h.log_evidence() - base.log_evidence() - nats > BY_EVIDENCE.0
+            && search.weighted_squares(h) < (1.0 - BY_EVIDENCE.1) * search.weighted_squares(base)
             && !h.added.iter().any(|entry| springs(entry));
         gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains || evident)
     });
@@ -149,10 +151,13 @@ pub fn verdict(search: &Search) -> Verdict {
         (base, base_times)
     };
     let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
-    let noise_alone = search
-        .noise
-        .is_even(&search.nodes, &unexplained.held_out, EVENLY);
-    let much = (unexplained_times > UNKNOWN || sliding_times > UNKNOWN_SLIDING) && !noise_alone;
+    let (noise, rest) = (&search.noise, &unexplained.held_out);
+    let sliding_usually = noise.times_open_in(&search.nodes, rest, &[Regime::Sliding]);
+    let noise_alone = unexplained_times < EVENLY.1 && noise.is_even(&search.nodes, rest, EVENLY.0);
+    let much = (unexplained_times > UNKNOWN
+        || sliding_times > UNKNOWN_SLIDING
+        || sliding_usually > UNKNOWN_SLIDING_USUALLY)
+        && !noise_alone;
     let takes_all = search.weighted_squares(best) < TAKES_ALL_BUT * search.weighted_squares(base);
     let stands_for = accused
         && !of_noise(best)
@@ -200,9 +205,14 @@ pub fn verdict(search: &Search) -> Verdict {
         (one_of(tied.len()), tied)
     };
     let probability = match kind {
-        Kind::Unknown => {
-            logistic(UNKNOWN_IS.0 + UNKNOWN_IS.1 * unexplained_times.max(sliding_times).ln())
-        }
+        Kind::Unknown => logistic(
+            UNKNOWN_IS.0
+                + UNKNOWN_IS.1
+                    * unexplained_times
+                        .max(sliding_times)
+                        .max(sliding_usually)
+                        .ln(),
+        ),
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
         Kind::Effects => EFFECTS_ARE,
