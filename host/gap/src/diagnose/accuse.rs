@@ -117,10 +117,7 @@ fn leaves(search: &Search, hypothesis: &Hypothesis, [all, sliding]: [f64; 2]) ->
 }
 
 /// The best pair, or one that ties with it and whose effects do clearly better alone.
-fn best_pair<'a>(
-    search: &'a Search,
-    holds: impl Fn(&&Hypothesis) -> bool,
-) -> Option<&'a Hypothesis> {
+fn best_pair(search: &Search, holds: impl Fn(&&Hypothesis) -> bool) -> Option<&Hypothesis> {
     let pairs = || search.several.iter().filter(&holds);
     let first = pairs().next()?;
     let near = first.log_evidence() - TIES.0;
