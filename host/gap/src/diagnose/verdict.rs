@@ -105,6 +105,7 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let [base_rms, left_rms] = [&base.held_out, &best.held_out]
         .map(|rest| rms_times(rest, &[Regime::Low, Regime::Sliding]));
+    let [base_squares, left_squares] = [base, best].map(|h| search.weighted_squares(h));
     // What the method would leave over of parameters that are right moves none of them.
     let of_given = search.noise.clone().at_least(&search.own_as_given);
     let given_times = of_given.times_open(&search.nodes, &search.as_given);
@@ -140,7 +141,7 @@ pub fn verdict(search: &Search) -> Verdict {
         let of_moments = matters(base_rms, left_rms) && explained_rms > OF_MOMENTS;
         let explains = (matters(base_times, left_times) || of_moments) && explained > SHARE;
         let evident = h.log_evidence() - base.log_evidence() - nats > BY_EVIDENCE.0
-            && search.weighted_squares(h) < (1.0 - BY_EVIDENCE.1) * search.weighted_squares(base)
+            && left_squares < (1.0 - BY_EVIDENCE.1) * base_squares
             && !h.added.iter().any(|entry| springs(entry));
         gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains || evident)
     });
@@ -158,7 +159,7 @@ pub fn verdict(search: &Search) -> Verdict {
         || sliding_times > UNKNOWN_SLIDING
         || sliding_usually > UNKNOWN_SLIDING_USUALLY)
         && !noise_alone;
-    let takes_all = search.weighted_squares(best) < TAKES_ALL_BUT * search.weighted_squares(base);
+    let takes_all = left_squares < TAKES_ALL_BUT * base_squares;
     let stands_for = accused
         && !of_noise(best)
         && !takes_all
