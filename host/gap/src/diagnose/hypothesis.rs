@@ -23,6 +23,8 @@ pub struct Hypothesis {
     pub model: Model,
     /// Its fit.
     pub fit: Fit,
+    /// The weight of each node in it.
+    pub weights: Vec<f64>,
     /// What it leaves over on data that took no part, N m.
     pub held_out: Vec<f64>,
     /// Logarithm of the density of that, and of where the simulator's own parameters have gone.
@@ -100,8 +102,6 @@ pub(super) struct Judge<'a> {
     pub(super) records: &'a [Record],
     /// Their nodes.
     pub(super) nodes: &'a [Node],
-    /// Weight of each node.
-    pub(super) weights: &'a [f64],
     /// Noise by record and regime.
     pub(super) noise: &'a Noise,
 }
@@ -113,15 +113,17 @@ impl Judge<'_> {
         added: Vec<&'static Entry>,
         model: Model,
         fit: Fit,
+        weights: Vec<f64>,
     ) -> Hypothesis {
         let mut hypothesis = Hypothesis {
-            held_out: held_out(&model, &fit, self.weights, self.nodes),
+            held_out: held_out(&model, &fit, &weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
             log_occam: log_occam(&model, &fit),
             score: 0.0,
             added,
             model,
             fit,
+            weights,
         };
         hypothesis.scored(self.noise, self.nodes);
         hypothesis

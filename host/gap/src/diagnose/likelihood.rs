@@ -167,8 +167,9 @@ impl Noise {
                     .iter()
                     .map(|&(at, _)| nodes[at].velocity_rad_s(records));
                 let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
-                let white = difference_noise(&members).max(coloured);
                 let robust = robust_rms(&members);
+                // A rest that changes sides from node to node differs by more than it is.
+                let white = difference_noise(&members).min(robust).max(coloured);
                 let held_nm = match regime {
                     Regime::Sliding => 0.0,
                     _ => holds_nm,
@@ -200,6 +201,19 @@ impl Noise {
         self
     }
 
+    /// The lower of both in each group: what one model explains of a rest is no noise, however fast it changes.
+    #[must_use]
+    pub fn or_less(mut self, other: &Self) -> Self {
+        for (groups, others) in self.groups.iter_mut().zip(&other.groups) {
+            for (group, other) in groups.iter_mut().zip(others) {
+                if other.open_nm < group.open_nm {
+                    *group = *other;
+                }
+            }
+        }
+        self
+    }
+
     /// The same where at least what the method leaves over of some model is open.
     #[must_use]
     pub fn at_least(mut self, own: &Own) -> Self {
@@ -209,6 +223,13 @@ impl Noise {
             }
         }
         self
+    }
+
+    /// Nodes that are independent while the axis moves.
+    pub fn independent(&self) -> f64 {
+        let moving = [Regime::Low, Regime::Sliding];
+        let of = |groups: &[Group; 3]| moving.map(|at| groups[at as usize].independent);
+        self.groups.iter().flat_map(of).sum()
     }
 
     /// Mean square of a rest by record and regime.

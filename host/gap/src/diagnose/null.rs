@@ -32,7 +32,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, base.fit.at.clone())?;
-    let noise = noise(&plain.left_over).explaining(&nodes, &plain.left_over);
+    let noise = noise(&plain.left_over);
     let weights = noise.weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, plain.at)?;
     let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
@@ -42,14 +42,23 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         entries.len(),
         true,
     )?;
+    let noise = found
+        .iter()
+        .map(|(_, _, fit)| noise_of(&base.model, &twins, &nodes, &fit.left_over, &search.own))
+        .fold(noise, |least, noise| least.or_less(&noise))
+        .explaining(&nodes, &plain.left_over);
     let judge = Judge {
         records: &twins,
         nodes: &nodes,
-        weights: &weights,
         noise: &noise,
     };
     let times = |h: &Hypothesis| noise.times_open(&nodes, &h.held_out);
-    let without = judge.hypothesis(Vec::new(), base.model.clone(), plain.clone());
+    let without = judge.hypothesis(
+        Vec::new(),
+        base.model.clone(),
+        plain.clone(),
+        weights.clone(),
+    );
     let before = times(&without);
     let mut nulls: Vec<Null> = entries
         .iter()
@@ -62,7 +71,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         .collect();
     for (entry, model, fit) in found {
         let fit = fit_at(&model, &twins, &weights, fit.at)?;
-        let with = judge.hypothesis(vec![entry], model, fit);
+        let with = judge.hypothesis(vec![entry], model, fit, weights.clone());
         if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {
             null.nats = with.score - without.score;
             null.nats_of_all =

@@ -7,9 +7,10 @@ use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise, sort};
 use super::likelihood::Own;
 use super::null::nulls;
 use super::regime::nodes;
+use super::reweigh::Reweighs;
 use super::screen::gain;
 use super::signature;
-use super::single::Ground;
+use super::single::{Ground, look_again_at_best, settle};
 use super::tried::Search;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -82,26 +83,40 @@ pub fn search(
 
     // Noise once more, now from the best that was found: what it explains is no noise.
     let mut weights = old.clone();
+    let mut least_own = own.clone();
     let best = tried
         .iter()
         .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
     if let Some(best) = best {
         let of_best = own_of(&best.model, &best.fit.at);
-        noise = noise_of(&best.fit.left_over, &own.clone().or_less(&of_best));
+        least_own = least_own.or_less(&of_best);
+        noise = noise_of(&best.fit.left_over, &least_own);
         weights = noise.weights(&nodes);
     }
-    let (fitted, tried) = ground.refine(fitted, tried, &old, &weights)?;
-    let noise = noise.explaining(&nodes, &fitted.left_over);
+    let (fitted, mut tried) = ground.refine(fitted, tried, &old, &weights)?;
+    let reweighs = Reweighs {
+        records: &records,
+        nodes: &nodes,
+        noise: &noise,
+        own: &least_own,
+    };
+    settle(&reweighs, &mut tried)?;
+    look_again_at_best(&reweighs, &scale, &mut tried)?;
+    let (fitted, base_weights) = reweighs.settled(&model, fitted, weights.clone())?;
+    let noise = tried
+        .iter()
+        .map(|one| noise_of(&one.fit.left_over, &least_own))
+        .fold(noise.clone(), |least, noise| least.or_less(&noise))
+        .explaining(&nodes, &fitted.left_over);
     let judge = Judge {
         records: &records,
         nodes: &nodes,
-        weights: &weights,
         noise: &noise,
     };
-    let base = judge.hypothesis(Vec::new(), model.clone(), fitted);
+    let base = judge.hypothesis(Vec::new(), model.clone(), fitted, base_weights);
     let mut single = tried
         .into_iter()
-        .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit))
+        .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit, one.weights))
         .collect::<Vec<Hypothesis>>();
     single.extend(signature::hypotheses(
         &base, &records, &nodes, &noise, &catalogue, &scale,
@@ -111,6 +126,10 @@ pub fn search(
 
     let pairs = Pairs {
         judge: &judge,
+        reweighs: &Reweighs {
+            noise: &noise,
+            ..reweighs
+        },
         scale: &scale,
         base: &base,
         single: &single,
@@ -128,7 +147,7 @@ pub fn search(
         weights,
         as_given,
         own_as_given,
-        own,
+        own: least_own,
         base,
         single,
         several,
