@@ -29,7 +29,10 @@ pub enum Expected {
 pub enum Outcome {
     /// What it should say.
     Right,
-    /// A tie that holds the truth, or where the truth is unknown to it a tie.
+    /// A tie of the truth with what these experiments cannot tell from it, as was computed before; where the truth is unknown to it,
+    /// that alone.
+    AsOne,
+    /// A tie that holds the truth and more, or where the truth is unknown to it a tie.
     Tied,
     /// Of several effects some, and no other.
     Part,
@@ -45,8 +48,9 @@ pub enum Outcome {
     NotShowable,
 }
 
-const COLUMNS: [(Outcome, &str); 8] = [
+const COLUMNS: [(Outcome, &str); 9] = [
     (Outcome::Right, "right"),
+    (Outcome::AsOne, "as one"),
     (Outcome::Tied, "tied"),
     (Outcome::Part, "part"),
     (Outcome::Wrong, "wrong"),
@@ -72,6 +76,8 @@ pub struct Case {
     seconds: f64,
     diagnosis: Option<Diagnosis>,
     refused: Option<String>,
+    /// What these experiments cannot tell from the truth.
+    alike: Vec<&'static str>,
 }
 
 impl Case {
@@ -87,7 +93,11 @@ impl Case {
         let outcome = match &diagnosis {
             None => Outcome::NotShowable,
             Some(Err(_)) => Outcome::Refused,
-            Some(Ok(said)) => judge(expected, truth, said.verdict.kind, &said.verdict.effects),
+            Some(Ok(said)) => {
+                let alike = trial.map_or(&[][..], |trial| &trial.alike);
+                let verdict = &said.verdict;
+                judge(expected, truth, alike, verdict.kind, &verdict.effects)
+            }
         };
         let (diagnosis, refused) = match diagnosis.transpose() {
             Ok(diagnosis) => (diagnosis, None),
@@ -116,6 +126,7 @@ impl Case {
             seconds,
             diagnosis,
             refused,
+            alike: trial.map_or(Vec::new(), |trial| trial.alike.clone()),
         }
     }
 
@@ -145,7 +156,13 @@ impl Case {
     }
 }
 
-fn judge(expected: Expected, truth: &[&str], kind: Kind, said: &[String]) -> Outcome {
+fn judge(
+    expected: Expected,
+    truth: &[&str],
+    alike: &[&str],
+    kind: Kind,
+    said: &[String],
+) -> Outcome {
     let held = |id: &&str| said.iter().any(|one| one == id);
     let no_other = said.iter().all(|one| truth.contains(&one.as_str()));
     match (expected, kind) {
@@ -154,6 +171,11 @@ fn judge(expected: Expected, truth: &[&str], kind: Kind, said: &[String]) -> Out
         | (Expected::Unknown, Kind::Unknown) => Outcome::Right,
         (_, Kind::None | Kind::Parameters | Kind::Insufficient) => Outcome::Nothing,
         (_, Kind::Unknown) => Outcome::Unknown,
+        (Expected::Unknown, Kind::Effect | Kind::Ambiguous)
+            if said.iter().all(|one| alike.contains(&one.as_str())) =>
+        {
+            Outcome::AsOne
+        }
         (Expected::Unknown, Kind::Ambiguous) => Outcome::Tied,
         (Expected::Effects, Kind::Effect | Kind::Effects) if no_other => {
             if truth.iter().all(held) {
@@ -162,7 +184,14 @@ fn judge(expected: Expected, truth: &[&str], kind: Kind, said: &[String]) -> Out
                 Outcome::Part
             }
         }
-        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(held) => Outcome::Tied,
+        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(held) => {
+            let known = |one: &String| [truth, alike].concat().contains(&one.as_str());
+            if said.iter().all(known) {
+                Outcome::AsOne
+            } else {
+                Outcome::Tied
+            }
+        }
         _ => Outcome::Wrong,
     }
 }
@@ -183,8 +212,18 @@ pub fn tables(title: &str, cases: &[Case]) -> Vec<Table> {
     let mut header = vec!["truth", "cases"];
     header.extend(COLUMNS.map(|(_, name)| name));
     header.push("what was said instead");
+    let count = |of: &[Outcome]| {
+        let those = cases.iter().filter(|case| of.contains(&case.outcome));
+        those.count()
+    };
+    let shown = cases.len() - count(&[Outcome::NotShowable]);
+    let right = count(&[Outcome::Right, Outcome::AsOne]);
+    let share = 100.0 * right as f64 / shown.max(1) as f64;
     let mut counts = Table::new(
-        &format!("{title}; median {} s a case", output::short(median)),
+        &format!(
+            "{title}: {right} of {shown} that can be shown right, {share:.0} %; median {} s a case",
+            output::short(median)
+        ),
         &header,
     );
     for (name, of) in &by_name {
@@ -205,7 +244,7 @@ fn row(name: &str, cases: &[&Case], in_detail: bool) -> Vec<String> {
     }
     let instead = cases
         .iter()
-        .filter(|case| in_detail && case.outcome != Outcome::Right)
+        .filter(|case| in_detail && ![Outcome::Right, Outcome::AsOne].contains(&case.outcome))
         .filter_map(|case| Some(format!("{} (#{})", case.said()?, case.seed)));
     cells.push(instead.collect::<Vec<_>>().join("; "));
     cells
@@ -220,7 +259,10 @@ fn reliability(cases: &[Case]) -> Table {
         .iter()
         .filter_map(|case| {
             let verdict = &case.diagnosis.as_ref()?.verdict;
-            let right = matches!(case.outcome, Outcome::Right | Outcome::Tied);
+            let right = matches!(
+                case.outcome,
+                Outcome::Right | Outcome::AsOne | Outcome::Tied
+            );
             (verdict.kind != Kind::Insufficient)
                 .then_some((verdict.probability, if right { 1.0 } else { 0.0 }))
         })
@@ -313,7 +355,7 @@ mod tests {
 
     fn said(expected: Expected, truth: &[&str], kind: Kind, effects: &[&str]) -> Outcome {
         let effects: Vec<String> = effects.iter().map(|id| (*id).to_string()).collect();
-        judge(expected, truth, kind, &effects)
+        judge(expected, truth, &["c"], kind, &effects)
     }
 
     #[test]
@@ -324,6 +366,7 @@ mod tests {
         assert_eq!(one(Kind::Effect, &["b"]), Outcome::Wrong);
         assert_eq!(one(Kind::Effects, &["a", "b"]), Outcome::Wrong);
         assert_eq!(one(Kind::Ambiguous, &["b", "a"]), Outcome::Tied);
+        assert_eq!(one(Kind::Ambiguous, &["c", "a"]), Outcome::AsOne);
         assert_eq!(one(Kind::Ambiguous, &["b", "c"]), Outcome::Wrong);
         assert_eq!(one(Kind::Unknown, &[]), Outcome::Unknown);
         assert_eq!(one(Kind::Parameters, &[]), Outcome::Nothing);
@@ -346,6 +389,7 @@ mod tests {
             Outcome::Tied
         );
         assert_eq!(said(Unknown, &["a"], Kind::Effect, &["b"]), Outcome::Wrong);
+        assert_eq!(said(Unknown, &["a"], Kind::Effect, &["c"]), Outcome::AsOne);
     }
 
     #[test]

@@ -2,9 +2,10 @@
 //!
 //! An effect's size is set by what it does to the records: the root mean square of what the axis without it leaves over
 //! along them, beyond what it leaves over along records of the axis without it (the floor), as a share of that floor.
-//! Samples at rest do not count, nor does what other values of the axis's own parameters would take away, to first order
-//! about the true ones: a gain that looks like more friction and more inertia is no gap.
+//! Samples at rest do not count, nor the first moments of a record, nor does what other values of the axis's own parameters take
+//! away: a gain that looks like more friction and more inertia is no gap.
 
+mod alike;
 mod dice;
 mod experiments;
 mod plant;
@@ -15,13 +16,14 @@ pub use plant::Plant;
 
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
+use crate::diagnose::{DOUBT, Node, Regime, nodes};
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, Record, fit_at, scale};
+use crate::hygiene::{Finding, Severity, inspect};
+use crate::inverse::{Model, Record, fit_alone, scale};
 use crate::log::Log;
 use bristle_plant::effect::{ALL, Entry};
 use dice::Dice;
 use experiments::Task;
-use nalgebra::DVector;
 use plant::Needs;
 use std::path::PathBuf;
 use wanted_effect::Draft;
@@ -56,12 +58,14 @@ pub struct Trial {
     pub floor_nm: f64,
     /// What it leaves over beyond the floor along those with the effects, N m rms.
     pub gap_nm: f64,
+    /// Ids of effects that these experiments cannot tell from the one that is there; none where there are several.
+    pub alike: Vec<&'static str>,
 }
 
 /// Axes and sets of experiments that are tried before an effect counts as one that cannot be shown.
 const DRAWS: u64 = 24;
-/// Standard deviation of an own parameter, as a share of it; of what is taken away to first order, it changes nothing.
-const OWN: f64 = 0.1;
+/// Standard deviation of an own parameter, as a share of it: as a diagnosis believes them.
+const OWN: f64 = DOUBT;
 /// Sizes that are tried on an axis.
 const SIZES: usize = 9;
 /// The share is met to within this part of itself.
@@ -97,12 +101,13 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             plant: &plant,
             tasks: &tasks,
         };
-        let Some((mut logs, clean)) = attempt.play(&plant.axis)? else {
+        let Some((mut logs, clean)) = attempt.play(&plant.axis, None)? else {
             continue;
         };
         let floor_nm = rms(&clean.left_over_nm);
         let mut truth = plant.axis.clone();
         let mut gap_nm = 0.0;
+        let mut alike = Vec::new();
         let mut met = true;
         for entry in &entries {
             let scale = scale(&clean.believed, &clean.records);
@@ -117,11 +122,15 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             continue;
         }
         if !entries.is_empty() {
-            let Some((with, seen)) = attempt.play(&truth)? else {
+            let Some((with, seen)) = attempt.play(&truth, Some(floor_nm))? else {
                 continue;
             };
             logs = with;
             gap_nm = beyond(rms(&seen.left_over_nm), floor_nm);
+            if let [entry] = entries[..] {
+                let real = Believed::new(&truth, &path)?;
+                alike = alike::alike(entry.id, &real, &seen)?;
+            }
         }
         let axis = plant.believed(&mut dice, wanted.parameter_error);
         return Ok(Some(Trial {
@@ -133,6 +142,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             experiments: tasks.iter().map(|task| task.name).collect(),
             floor_nm,
             gap_nm,
+            alike,
         }));
     }
     Ok(None)
@@ -159,18 +169,25 @@ struct Attempt<'a> {
 struct Seen {
     believed: Believed,
     records: Vec<Record>,
+    nodes: Vec<Node>,
+    /// One over the floor where a node counts.
+    weights: Vec<f64>,
     left_over_nm: Vec<f64>,
 }
 
 impl Attempt<'_> {
-    /// The records of an axis, and what the axis without effects leaves over along them. None: it cannot be run.
-    fn play(&self, truth: &AxisFile) -> Result<Option<(Vec<Log>, Seen)>, InputError> {
+    /// The records of an axis, and what the axis without effects leaves over along them once it is refitted, beside a floor. None: it cannot be run.
+    fn play(
+        &self,
+        truth: &AxisFile,
+        floor_nm: Option<f64>,
+    ) -> Result<Option<(Vec<Log>, Seen)>, InputError> {
         let real = Believed::new(truth, self.path)?;
         let mut logs = Vec::new();
         for (place, task) in self.tasks.iter().enumerate() {
             match record::record(self.plant, &real, task, place, self.seed)? {
-                Some(log) => logs.push(log),
-                None => return Ok(None),
+                Some(log) if is_sound(&log, truth) => logs.push(log),
+                _ => return Ok(None),
             }
         }
         let believed = Believed::new(&self.plant.axis, self.path)?;
@@ -178,23 +195,32 @@ impl Attempt<'_> {
             .iter()
             .map(|log| Record::new(log, &self.plant.axis, &believed, &[]))
             .collect::<Result<Vec<_>, InputError>>()?;
-        let moves = records.iter().flat_map(|record| {
-            let rest = record.rest_velocity_rad_s();
-            record.stretches.iter().flat_map(move |stretch| {
-                (0..record.nodes_of(stretch))
-                    .map(move |node| stretch.velocity_rad_s[record.middle(node)].abs() > rest)
-            })
-        });
-        let weights: Vec<f64> = moves.map(|moves| f64::from(u8::from(moves))).collect();
+        let nodes = nodes(&records, scale(&believed, &records).z_ss_rad);
+        let counts = |node: &Node| !node.excluded && node.regime != Regime::Rest;
+        let kept = |left_over: Vec<f64>| -> Vec<f64> {
+            let kept = nodes.iter().zip(left_over);
+            kept.filter(|(node, _)| counts(node))
+                .map(|(_, r)| r)
+                .collect()
+        };
         let model = Model::base(&believed, &records, OWN)?;
-        let fit = fit_at(&model, &records, &weights, model.start())?;
-        let left_over_nm = beyond_own(&fit, &weights);
+        let start = model.start();
+        let floor_nm = match floor_nm {
+            Some(floor_nm) => floor_nm,
+            None => rms(&kept(model.left_over(&records, &start)?)),
+        };
+        let weight = |node: &Node| f64::from(u8::from(counts(node))) / floor_nm;
+        let weights: Vec<f64> = nodes.iter().map(weight).collect();
+        let fitted = fit_alone(&model, &records, &weights, start)?;
+        let left_over_nm = kept(fitted.left_over);
         let finite = !left_over_nm.is_empty() && left_over_nm.iter().all(|x| x.is_finite());
         Ok(finite.then_some((
             logs,
             Seen {
                 believed,
                 records,
+                nodes,
+                weights,
                 left_over_nm,
             },
         )))
@@ -213,7 +239,7 @@ impl Attempt<'_> {
             let mut truth = self.plant.axis.clone();
             truth.effects.push(draft.at(level));
             // An axis that cannot be run with it has too much of it.
-            let reached = match self.play(&truth)? {
+            let reached = match self.play(&truth, Some(floor_nm))? {
                 Some((_, seen)) => beyond(rms(&seen.left_over_nm), floor_nm) / floor_nm,
                 None => f64::INFINITY,
             };
@@ -246,20 +272,14 @@ impl Attempt<'_> {
     }
 }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+/// Whether a log is one that anyone would diagnose: an axis that stands still for most of it is repaired first.
+fn is_sound(log: &Log, axis: &AxisFile) -> bool {
+    let fatal = |finding: &Finding| finding.severity == Severity::Fatal;
+    inspect(log, axis).is_ok_and(|hygiene| !hygiene.findings.iter().any(fatal))
 }
 
-/// The rest where weights are not zero, less what other values of the model's parameters would take away.
-fn beyond_own(fit: &Fit, weights: &[f64]) -> Vec<f64> {
-    let rest = DVector::from_iterator(
-        weights.len(),
-        fit.left_over.iter().zip(weights).map(|(x, w)| x * w),
-    );
-    let q = fit.jacobian.clone().qr().q();
-    let beyond = &rest - &q * q.tr_mul(&rest);
-    let kept = beyond.iter().zip(weights).filter(|(_, w)| **w > 0.0);
-    kept.map(|(x, _)| *x).collect()
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// What has to be added to a floor, in squares, to make a whole.

@@ -105,8 +105,8 @@ impl Draft {
             }
         };
         if self.entry.id == "mechanics.end_stop" {
-            // Hit by the last tenth of the stroke.
-            let depth = scale.stroke_rad() * dice.between(0.02, 0.15);
+            // Hit by the last of the stroke: further in, the softest makes much more of a gap than is wanted.
+            let depth = scale.stroke_rad() * dice.decades(0.001, 0.1);
             let upper = dice.chance(0.5);
             set("side", if upper { 1.0 } else { -1.0 });
             let place = if upper {
