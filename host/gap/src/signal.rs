@@ -32,32 +32,6 @@ pub fn samples(seconds: f64, rate_hz: f64) -> Result<usize, InputError> {
     ))
 }
 
-/// Standard deviation of white noise on signals: the lesser of what third and sixth differences say, whose squares are 20 and 924 for
-/// noise of 1. A sine of a tenth of the sample rate leaves 0.002 of itself in the sixth, where a third takes 0.05 of it for noise; a
-/// count that is rounded in turns up and down is noise to neither, but less to the third. Medians, so that steps do not count; zero for nothing.
-pub fn white_noise(signals: &[&[f64]]) -> f64 {
-    let third = |x: &[f64]| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
-    let sixth = |x: &[f64]| x[0] + x[6] - 6.0 * (x[1] + x[5]) + 15.0 * (x[2] + x[4]) - 20.0 * x[3];
-    difference_noise(signals, 4, 20.0, third).min(difference_noise(signals, 7, 924.0, sixth))
-}
-
-fn difference_noise(
-    signals: &[&[f64]],
-    samples: usize,
-    square: f64,
-    difference: impl Fn(&[f64]) -> f64,
-) -> f64 {
-    let windows = signals.iter().flat_map(|signal| signal.windows(samples));
-    let mut differences: Vec<f64> = windows.map(|x| difference(x).abs()).collect();
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = differences.len() / 2;
-    let median = *differences.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // 0.6745 is the median of the normal distribution.
-    median / 0.6745 / square.sqrt()
-}
-
 /// Root of the mean square; zero for nothing.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = values
@@ -187,26 +161,6 @@ pub fn means(times_s: &[f64], values: &[f64], at_s: &[f64], step_s: f64) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn white_noise_is_found_beside_a_sine_and_steps() {
-        use rand_chacha::ChaCha8Rng;
-        use rand_chacha::rand_core::SeedableRng;
-        use rand_distr::{Distribution, StandardNormal};
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let signal: Vec<f64> = (0..20_000)
-            .map(|k| {
-                let noise: f64 = StandardNormal.sample(&mut random);
-                let steps = f64::from((k / 500) % 2);
-                30.0 * steps + 20.0 * (0.3 * f64::from(k)).sin() + 0.1 * noise
-            })
-            .collect();
-        // The sine leaves 20 * 0.3^6 / 924^0.5 = 5e-4; steps reach into one window of seventy, which moves the median by 0.017 of
-        // itself; and neighbouring windows say the same four times over, so that it is right to some hundredth.
-        let found = white_noise(&[&signal[..]]);
-        assert!((found / 0.1 - 1.0).abs() < 0.05, "{found}");
-        assert_eq!(white_noise(&[]), 0.0);
-    }
 
     #[test]
     fn keeps_ramps_and_takes_no_phase() {

@@ -167,9 +167,8 @@ impl Noise {
                     .iter()
                     .map(|&(at, _)| nodes[at].velocity_rad_s(records));
                 let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
+                let white = difference_noise(&members).max(coloured);
                 let robust = robust_rms(&members);
-                // A rest that changes sides from node to node differs by more than it is.
-                let white = difference_noise(&members).min(robust).max(coloured);
                 let held_nm = match regime {
                     Regime::Sliding => 0.0,
                     _ => holds_nm,
@@ -196,19 +195,6 @@ impl Noise {
         for (groups, squares) in self.groups.iter_mut().zip(squares) {
             for (group, square) in groups.iter_mut().zip(squares) {
                 group.discrepancy_nm = DISCREPANCY * square.sqrt();
-            }
-        }
-        self
-    }
-
-    /// The lower of both in each group: what one model explains of a rest is no noise, however fast it changes.
-    #[must_use]
-    pub fn or_less(mut self, other: &Self) -> Self {
-        for (groups, others) in self.groups.iter_mut().zip(&other.groups) {
-            for (group, other) in groups.iter_mut().zip(others) {
-                if other.open_nm < group.open_nm {
-                    *group = *other;
-                }
             }
         }
         self

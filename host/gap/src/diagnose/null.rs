@@ -42,11 +42,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         entries.len(),
         true,
     )?;
-    let noise = found
-        .iter()
-        .map(|(_, _, fit)| noise_of(&base.model, &twins, &nodes, &fit.left_over, &search.own))
-        .fold(noise, |least, noise| least.or_less(&noise))
-        .explaining(&nodes, &plain.left_over);
+    let noise = noise.explaining(&nodes, &plain.left_over);
     let judge = Judge {
         records: &twins,
         nodes: &nodes,

@@ -103,11 +103,7 @@ pub fn search(
     settle(&reweighs, &mut tried)?;
     look_again_at_best(&reweighs, &scale, &mut tried)?;
     let (fitted, base_weights) = reweighs.settled(&model, fitted, weights.clone())?;
-    let noise = tried
-        .iter()
-        .map(|one| noise_of(&one.fit.left_over, &least_own))
-        .fold(noise.clone(), |least, noise| least.or_less(&noise))
-        .explaining(&nodes, &fitted.left_over);
+    let noise = noise.clone().explaining(&nodes, &fitted.left_over);
     let judge = Judge {
         records: &records,
         nodes: &nodes,

@@ -7,7 +7,6 @@ use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
 use crate::sensor::{Shown, shown};
-use crate::signal::white_noise;
 use crate::signal::{interpolate, means, rms};
 use bristle_plant::drive::DriveConfig;
 use std::ops::Range;
@@ -139,8 +138,7 @@ impl Record {
                 "record for longer",
             ));
         }
-        let efforts: Vec<&[f64]> = stretches.iter().map(|s| &s.effort_nm[..]).collect();
-        let effort_noise_nm = white_noise(&efforts);
+        let effort_noise_nm = effort_noise_nm(&stretches);
         let speed_rad_s = rms(stretches.iter().flat_map(|s| &s.velocity_rad_s).copied());
         let clock_rad = sensor.clock_noise_rad(speed_rad_s, averaged);
         let kernel = kernel(
@@ -280,6 +278,20 @@ fn jumps(stretch: &Stretch, step_s: f64) -> Vec<usize> {
         })
         .map(|(k, _)| k)
         .collect()
+}
+
+/// From the second difference of effort, whose square is 6 for white noise of 1; the median, so that steps do not count.
+fn effort_noise_nm(stretches: &[Stretch]) -> f64 {
+    let mut second: Vec<f64> = stretches
+        .iter()
+        .flat_map(|stretch| stretch.effort_nm.windows(3))
+        .map(|u| (u[2] - 2.0 * u[1] + u[0]).abs())
+        .collect();
+    let middle = second.len() / 2;
+    if second.is_empty() {
+        return 0.0;
+    }
+    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 6.0_f64.sqrt()
 }
 
 /// The shortest kernel that keeps the acceleration's noise down.
