@@ -34,9 +34,8 @@ const SECOND_WHERE_MUCH_IS_LEFT: (f64, f64) = (60.0, 0.2);
 /// as the first one.
 const ROOM: f64 = 0.5;
 /// Nats of evidence, and part of the best one's gain, within which two hypotheses tie. Beyond five evidence is called very
-/// strong (Kass, Raftery 1995, J. Am. Stat. Assoc. 90, section 3.2); an asymmetry and a constant torque that leave the same lie 6.8
-/// apart by the one parameter more alone.
-pub(super) const TIES: (f64, f64) = (8.0, 0.002);
+/// strong: Kass, Raftery 1995, J. Am. Stat. Assoc. 90, section 3.2.
+pub(super) const TIES: (f64, f64) = (5.0, 0.002);
 /// Nats by which two effects must do better alone than two others to be named in their place.
 const TIES_ALONE: f64 = 10.0;
 /// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases

@@ -3,9 +3,10 @@
 use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
+use super::reweigh::rescaled;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
 use bristle_plant::effect::{Entry, Kind};
-use nalgebra::Cholesky;
+use nalgebra::{Cholesky, DMatrix};
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
@@ -104,6 +105,8 @@ pub(super) struct Judge<'a> {
     pub(super) nodes: &'a [Node],
     /// Noise by record and regime.
     pub(super) noise: &'a Noise,
+    /// Weights that all Occam factors are taken with: those of its own would make a hypothesis that explains more pay more.
+    pub(super) weights: &'a [f64],
 }
 
 impl Judge<'_> {
@@ -118,7 +121,7 @@ impl Judge<'_> {
         let mut hypothesis = Hypothesis {
             held_out: held_out(&model, &fit, &weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
-            log_occam: log_occam(&model, &fit),
+            log_occam: log_occam(&model, &fit, &rescaled(&fit, &weights, self.weights)),
             score: 0.0,
             added,
             model,
@@ -136,9 +139,9 @@ fn log_belief(model: &Model, at: &[f64]) -> f64 {
 }
 
 /// Logarithm of the Occam factor: how far an effect's parameters are believed, and the part of all priors that data leave.
-fn log_occam(model: &Model, fit: &Fit) -> f64 {
+fn log_occam(model: &Model, fit: &Fit, jacobian: &DMatrix<f64>) -> f64 {
     let before: f64 = model.free.iter().map(|free| free.spread.ln()).sum();
-    let left = Cholesky::new(precision(model, fit))
+    let left = Cholesky::new(precision(model, jacobian))
         .map_or(0.0, |root| -0.5 * root.ln_determinant() - before);
     left + log_prior(model, &fit.at, |free| !matches!(free.owner, Owner::Own(_)))
 }

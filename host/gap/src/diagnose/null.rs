@@ -47,6 +47,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         records: &twins,
         nodes: &nodes,
         noise: &noise,
+        weights: &weights,
     };
     let times = |h: &Hypothesis| noise.times_open(&nodes, &h.held_out);
     let without = judge.hypothesis(

@@ -6,6 +6,7 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise, sort};
 use super::likelihood::Own;
 use super::null::nulls;
+use super::play;
 use super::regime::nodes;
 use super::reweigh::Reweighs;
 use super::screen::gain;
@@ -108,12 +109,17 @@ pub fn search(
         records: &records,
         nodes: &nodes,
         noise: &noise,
+        weights: &weights,
     };
     let base = judge.hypothesis(Vec::new(), model.clone(), fitted, base_weights);
     let mut single = tried
         .into_iter()
         .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit, one.weights))
         .collect::<Vec<Hypothesis>>();
+    play::drop_small(&base, &mut single, |h| {
+        let rest = h.held_out.iter().zip(&weights);
+        rest.map(|(r, w)| (r * w).powi(2)).sum()
+    });
     single.extend(signature::hypotheses(
         &base, &records, &nodes, &noise, &catalogue, &scale,
     ));

@@ -21,7 +21,7 @@ const POLISHED: usize = 3;
 const SETTLED: usize = 5;
 /// So many are looked at again where they leave more than so many times what is open.
 const LOOKED_AT: usize = 2;
-const LEAVES_MUCH: f64 = 1.2;
+const LEAVES_MUCH: f64 = 1.05;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
 
