@@ -171,11 +171,7 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
         return Vec::new();
     }
     let base = search.base.score_of_all(noise, nodes);
-    let least_part = 1.0 - BELOW_OPEN.1;
-    let most = least_part * search.weighted_squares(&search.base);
-    // Where friction is whatever holds, moments at which the axis hardly moves weigh nothing: there it is the geometric mean.
-    let holds = !search.base.model.believed.model.has_bristles();
-    let enough = -0.5 * noise.independent() * least_part.ln();
+    let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
     let sprung: Vec<&Hypothesis> = search
         .single
         .iter()
@@ -193,9 +189,7 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
         .iter()
         .filter(tells)
         .map(|h| (h, h.score_of_all(noise, nodes) - base))
-        .filter(|(h, nats)| {
-            *nats > BELOW_OPEN.0 && (search.weighted_squares(h) < most || holds && *nats > enough)
-        })
+        .filter(|(h, nats)| *nats > BELOW_OPEN.0 && search.weighted_squares(h) < most)
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     found

@@ -3,7 +3,6 @@
 use super::accuse::{ACCUSES, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, of_noise, sort};
-use super::reweigh::Reweighs;
 use super::screen::{by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
@@ -20,7 +19,6 @@ const RIVALS: f64 = 0.3;
 /// What pairs are made of.
 pub(super) struct Pairs<'a> {
     pub(super) judge: &'a Judge<'a>,
-    pub(super) reweighs: &'a Reweighs<'a>,
     /// Size of axis and records.
     pub(super) scale: &'a Scale,
     /// The simulator alone.
@@ -126,7 +124,7 @@ impl Pairs<'_> {
             self.judge.records,
             self.judge.nodes,
             self.scale,
-            &ground.weights,
+            self.judge.weights,
             &ground.fit,
         )
     }
@@ -150,8 +148,8 @@ impl Pairs<'_> {
         background: &Background<'_>,
         screened: &[Screened],
     ) -> Result<Vec<Hypothesis>, InputError> {
+        let (records, weights) = (self.judge.records, self.judge.weights);
         let ground = self.ground(from);
-        let (records, weights) = (self.judge.records, &ground.weights);
         let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, false)?
             .into_iter()
             .map(|(entry, model, fit)| {
@@ -159,8 +157,7 @@ impl Pairs<'_> {
                 added.push(entry);
                 let fit = fit_at(&model, records, weights, fit.at)?;
                 let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-                let (fit, weights) = self.reweighs.settled(&model, fit, weights.clone())?;
-                let both = self.judge.hypothesis(added, model, fit, weights);
+                let both = self.judge.hypothesis(added, model, fit);
                 Ok(if of_noise(from) {
                     both.beside_noise(from, self.base)
                 } else {

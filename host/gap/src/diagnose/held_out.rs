@@ -67,8 +67,8 @@ pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Ve
 }
 
 /// What data and priors say of the fitted coordinates together: the inverse of their covariance.
-pub(super) fn precision(model: &Model, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut precision = jacobian.tr_mul(jacobian);
+pub(super) fn precision(model: &Model, fit: &Fit) -> DMatrix<f64> {
+    let mut precision = fit.jacobian.tr_mul(&fit.jacobian);
     for (i, free) in model.free.iter().enumerate() {
         precision[(i, i)] += free.spread.powi(-2);
     }
@@ -78,7 +78,7 @@ pub(super) fn precision(model: &Model, jacobian: &DMatrix<f64>) -> DMatrix<f64> 
 /// Standard deviation of each fitted coordinate.
 pub fn spreads(model: &Model, fit: &Fit) -> Vec<f64> {
     let columns = model.free.len();
-    match Cholesky::new(precision(model, &fit.jacobian)) {
+    match Cholesky::new(precision(model, fit)) {
         Some(cholesky) => {
             let inverse = cholesky.inverse();
             (0..columns).map(|i| inverse[(i, i)].sqrt()).collect()

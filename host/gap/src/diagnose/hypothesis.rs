@@ -3,10 +3,9 @@
 use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
-use super::reweigh::rescaled;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
 use bristle_plant::effect::{Entry, Kind};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::Cholesky;
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
@@ -24,8 +23,6 @@ pub struct Hypothesis {
     pub model: Model,
     /// Its fit.
     pub fit: Fit,
-    /// The weight of each node in it.
-    pub weights: Vec<f64>,
     /// What it leaves over on data that took no part, N m.
     pub held_out: Vec<f64>,
     /// Logarithm of the density of that, and of where the simulator's own parameters have gone.
@@ -103,10 +100,10 @@ pub(super) struct Judge<'a> {
     pub(super) records: &'a [Record],
     /// Their nodes.
     pub(super) nodes: &'a [Node],
+    /// Weight of each node.
+    pub(super) weights: &'a [f64],
     /// Noise by record and regime.
     pub(super) noise: &'a Noise,
-    /// Weights that all Occam factors are taken with: those of its own would make a hypothesis that explains more pay more.
-    pub(super) weights: &'a [f64],
 }
 
 impl Judge<'_> {
@@ -116,17 +113,15 @@ impl Judge<'_> {
         added: Vec<&'static Entry>,
         model: Model,
         fit: Fit,
-        weights: Vec<f64>,
     ) -> Hypothesis {
         let mut hypothesis = Hypothesis {
-            held_out: held_out(&model, &fit, &weights, self.nodes),
+            held_out: held_out(&model, &fit, self.weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
-            log_occam: log_occam(&model, &fit, &rescaled(&fit, &weights, self.weights)),
+            log_occam: log_occam(&model, &fit),
             score: 0.0,
             added,
             model,
             fit,
-            weights,
         };
         hypothesis.scored(self.noise, self.nodes);
         hypothesis
@@ -139,9 +134,9 @@ fn log_belief(model: &Model, at: &[f64]) -> f64 {
 }
 
 /// Logarithm of the Occam factor: how far an effect's parameters are believed, and the part of all priors that data leave.
-fn log_occam(model: &Model, fit: &Fit, jacobian: &DMatrix<f64>) -> f64 {
+fn log_occam(model: &Model, fit: &Fit) -> f64 {
     let before: f64 = model.free.iter().map(|free| free.spread.ln()).sum();
-    let left = Cholesky::new(precision(model, jacobian))
+    let left = Cholesky::new(precision(model, fit))
         .map_or(0.0, |root| -0.5 * root.ln_determinant() - before);
     left + log_prior(model, &fit.at, |free| !matches!(free.owner, Owner::Own(_)))
 }

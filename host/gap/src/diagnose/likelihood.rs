@@ -211,13 +211,6 @@ impl Noise {
         self
     }
 
-    /// Nodes that are independent while the axis moves.
-    pub fn independent(&self) -> f64 {
-        let moving = [Regime::Low, Regime::Sliding];
-        let of = |groups: &[Group; 3]| moving.map(|at| groups[at as usize].independent);
-        self.groups.iter().flat_map(of).sum()
-    }
-
     /// Mean square of a rest by record and regime.
     fn mean_squares(&self, nodes: &[Node], left_over: &[f64]) -> Vec<[f64; 3]> {
         let mut sums = vec![[0.0; 3]; self.groups.len()];

@@ -32,7 +32,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, base.fit.at.clone())?;
-    let noise = noise(&plain.left_over);
+    let noise = noise(&plain.left_over).explaining(&nodes, &plain.left_over);
     let weights = noise.weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, plain.at)?;
     let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
@@ -42,20 +42,14 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         entries.len(),
         true,
     )?;
-    let noise = noise.explaining(&nodes, &plain.left_over);
     let judge = Judge {
         records: &twins,
         nodes: &nodes,
-        noise: &noise,
         weights: &weights,
+        noise: &noise,
     };
     let times = |h: &Hypothesis| noise.times_open(&nodes, &h.held_out);
-    let without = judge.hypothesis(
-        Vec::new(),
-        base.model.clone(),
-        plain.clone(),
-        weights.clone(),
-    );
+    let without = judge.hypothesis(Vec::new(), base.model.clone(), plain.clone());
     let before = times(&without);
     let mut nulls: Vec<Null> = entries
         .iter()
@@ -68,7 +62,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         .collect();
     for (entry, model, fit) in found {
         let fit = fit_at(&model, &twins, &weights, fit.at)?;
-        let with = judge.hypothesis(vec![entry], model, fit, weights.clone());
+        let with = judge.hypothesis(vec![entry], model, fit);
         if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {
             null.nats = with.score - without.score;
             null.nats_of_all =

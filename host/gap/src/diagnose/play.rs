@@ -2,7 +2,6 @@
 //! which they did not, and no step of a fit leads from the one to the other.
 
 use super::candidate::{Background, Screened, Start};
-use super::hypothesis::Hypothesis;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_near};
 use bristle_plant::effect::Entry;
@@ -71,22 +70,6 @@ pub(super) fn try_about_coupling(
         found.push((play, model, fit));
     }
     Ok(())
-}
-
-/// Takes the play out of what is tried where it does better than the coupling by less than a play must bring; `squares` are what a
-/// hypothesis leaves over.
-pub(super) fn drop_small(
-    base: &Hypothesis,
-    single: &mut Vec<Hypothesis>,
-    squares: impl Fn(&Hypothesis) -> f64,
-) {
-    let of = |id: &str| single.iter().find(|h| h.added[0].id == id).map(&squares);
-    if let (Some(play), Some(coupled)) = (of(PLAY), of(COUPLING))
-        && play > coupled - BRINGS.0.max(BRINGS.1 * (squares(base) - coupled))
-        && coupled < squares(base)
-    {
-        single.retain(|h| h.added[0].id != PLAY);
-    }
 }
 
 /// Plays about a coupling, by [values of the two effects](bristle_plant::effect::ALL).

@@ -57,8 +57,8 @@ pub const FOLDS: usize = 5;
 const BLOCK_S: f64 = 0.5;
 /// Blocks of a record, where it is long enough.
 const BLOCKS: usize = 20;
-/// At the start of a stretch nobody knows the bristles, nor what friction that lags has seen before, s.
-const SETTLES_S: f64 = 0.05;
+/// At the start of a stretch nobody knows the bristles, s.
+const SETTLES_S: f64 = 0.02;
 /// Bristles bend by their whole deflection in this time at the speed below which the regime is low, s.
 const BENDS_S: f64 = 0.01;
 

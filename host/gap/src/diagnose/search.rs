@@ -6,12 +6,10 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise, sort};
 use super::likelihood::Own;
 use super::null::nulls;
-use super::play;
 use super::regime::nodes;
-use super::reweigh::Reweighs;
 use super::screen::gain;
 use super::signature;
-use super::single::{Ground, look_again_at_best, settle};
+use super::single::Ground;
 use super::tried::Search;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -84,42 +82,27 @@ pub fn search(
 
     // Noise once more, now from the best that was found: what it explains is no noise.
     let mut weights = old.clone();
-    let mut least_own = own.clone();
     let best = tried
         .iter()
         .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
     if let Some(best) = best {
         let of_best = own_of(&best.model, &best.fit.at);
-        least_own = least_own.or_less(&of_best);
-        noise = noise_of(&best.fit.left_over, &least_own);
+        noise = noise_of(&best.fit.left_over, &own.clone().or_less(&of_best));
         weights = noise.weights(&nodes);
     }
-    let (fitted, mut tried) = ground.refine(fitted, tried, &old, &weights)?;
-    let reweighs = Reweighs {
-        records: &records,
-        nodes: &nodes,
-        noise: &noise,
-        own: &least_own,
-    };
-    settle(&reweighs, &mut tried)?;
-    look_again_at_best(&reweighs, &scale, &mut tried)?;
-    let (fitted, base_weights) = reweighs.settled(&model, fitted, weights.clone())?;
-    let noise = noise.clone().explaining(&nodes, &fitted.left_over);
+    let (fitted, tried) = ground.refine(fitted, tried, &old, &weights)?;
+    let noise = noise.explaining(&nodes, &fitted.left_over);
     let judge = Judge {
         records: &records,
         nodes: &nodes,
-        noise: &noise,
         weights: &weights,
+        noise: &noise,
     };
-    let base = judge.hypothesis(Vec::new(), model.clone(), fitted, base_weights);
+    let base = judge.hypothesis(Vec::new(), model.clone(), fitted);
     let mut single = tried
         .into_iter()
-        .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit, one.weights))
+        .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit))
         .collect::<Vec<Hypothesis>>();
-    play::drop_small(&base, &mut single, |h| {
-        let rest = h.held_out.iter().zip(&weights);
-        rest.map(|(r, w)| (r * w).powi(2)).sum()
-    });
     single.extend(signature::hypotheses(
         &base, &records, &nodes, &noise, &catalogue, &scale,
     ));
@@ -128,10 +111,6 @@ pub fn search(
 
     let pairs = Pairs {
         judge: &judge,
-        reweighs: &Reweighs {
-            noise: &noise,
-            ..reweighs
-        },
         scale: &scale,
         base: &base,
         single: &single,
@@ -149,7 +128,7 @@ pub fn search(
         weights,
         as_given,
         own_as_given,
-        own: least_own,
+        own,
         base,
         single,
         several,

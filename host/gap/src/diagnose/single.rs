@@ -2,9 +2,7 @@
 
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
-use super::look_again::look_again;
 use super::regime::Node;
-use super::reweigh::{Reweighs, rescaled};
 use super::screen::{fit_best, screen};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
@@ -17,11 +15,6 @@ const FITTED: usize = 12;
 const KEPT: usize = 9;
 /// The best of them are fitted once more with a Jacobian of their own.
 const POLISHED: usize = 3;
-/// So many get weights of their own.
-const SETTLED: usize = 5;
-/// So many are looked at again where they leave more than so many times what is open.
-const LOOKED_AT: usize = 2;
-const LEAVES_MUCH: f64 = 1.05;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
 
@@ -30,7 +23,6 @@ pub(super) struct Tried {
     pub(super) entry: &'static Entry,
     pub(super) model: Model,
     pub(super) fit: Fit,
-    pub(super) weights: Vec<f64>,
 }
 
 /// What effects are tried on.
@@ -92,13 +84,7 @@ impl Ground<'_> {
         found.truncate(KEPT);
         let tried = found.into_iter().map(|(entry, model, fit)| {
             let fit = fit_at(&model, self.records, weights, fit.at)?;
-            let weights = weights.to_vec();
-            Ok(Tried {
-                entry,
-                model,
-                fit,
-                weights,
-            })
+            Ok(Tried { entry, model, fit })
         });
         Ok((screened, tried.collect::<Result<_, InputError>>()?))
     }
@@ -115,7 +101,12 @@ impl Ground<'_> {
         weights: &[f64],
     ) -> Result<(Fit, Vec<Tried>), InputError> {
         let again = |model: &Model, fit: Fit| {
-            let known = rescaled(&fit, old, weights);
+            let mut known = fit.jacobian;
+            for (row, (new, old)) in weights.iter().zip(old).enumerate() {
+                known
+                    .row_mut(row)
+                    .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
+            }
             fit_near(model, self.records, weights, fit.at, &known)
                 .and_then(|fit| fit_at(model, self.records, weights, fit.at))
         };
@@ -137,71 +128,8 @@ impl Ground<'_> {
             fit_on(model, self.records, weights, fit)
         })?;
         tried.extend(further);
-        for one in &mut tried {
-            one.weights = weights.to_vec();
-        }
         Ok((fitted, tried))
     }
-}
-
-/// The best of them with the noise that each leaves itself.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-pub(super) fn settle(reweighs: &Reweighs<'_>, tried: &mut Vec<Tried>) -> Result<(), InputError> {
-    let further = tried.split_off(SETTLED.min(tried.len()));
-    *tried = std::mem::take(tried)
-        .into_par_iter()
-        .map(|one| {
-            let (fit, weights) = reweighs.settled(&one.model, one.fit, one.weights)?;
-            Ok(Tried {
-                fit,
-                weights,
-                ..one
-            })
-        })
-        .collect::<Result<_, InputError>>()?;
-    tried.extend(further);
-    Ok(())
-}
-
-/// A second look at the best of those that leave much, and weights of their own for them.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-pub(super) fn look_again_at_best(
-    reweighs: &Reweighs<'_>,
-    scale: &Scale,
-    tried: &mut Vec<Tried>,
-) -> Result<(), InputError> {
-    let density = |one: &Tried| {
-        reweighs
-            .noise
-            .log_density(reweighs.nodes, &one.fit.left_over)
-    };
-    tried.sort_by(|a, b| density(b).total_cmp(&density(a)));
-    let further = tried.split_off(LOOKED_AT.min(tried.len()));
-    *tried = std::mem::take(tried)
-        .into_iter()
-        .map(|one| {
-            if reweighs
-                .noise
-                .times_open(reweighs.nodes, &one.fit.left_over)
-                < LEAVES_MUCH
-            {
-                return Ok(one);
-            }
-            let one = look_again(reweighs.records, scale, one)?;
-            let (fit, weights) = reweighs.settled(&one.model, one.fit, one.weights)?;
-            Ok(Tried {
-                fit,
-                weights,
-                ..one
-            })
-        })
-        .collect::<Result<_, InputError>>()?;
-    tried.extend(further);
-    Ok(())
 }
 
 /// All fitted anew by a function of model and fit, best first.

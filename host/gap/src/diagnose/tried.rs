@@ -22,7 +22,7 @@ pub struct Search {
     pub as_given: Vec<f64>,
     /// What the method leaves over of the simulator as it stands on records of its own.
     pub own_as_given: Own,
-    /// The same of the refitted simulator, or of the best effect where that is less.
+    /// The same of the refitted simulator.
     pub own: Own,
     /// The simulator with its own parameters refitted.
     pub base: Hypothesis,

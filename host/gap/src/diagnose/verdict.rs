@@ -63,8 +63,6 @@ pub struct Verdict {
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
-/// A null is one draw of what varies by as much as it is: of clean axes two gained 1.3 and 1.8 times their null.
-const NULLS_VARY: f64 = 2.0;
 /// Evidence is divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
@@ -135,7 +133,7 @@ pub fn verdict(search: &Search) -> Verdict {
     let accused = chosen.is_some_and(|h| {
         let (nats, takes) = null(h).map_or((0.0, 0.0), |null| {
             (
-                NULLS_VARY * null.nats.max(0.0),
+                null.nats.max(0.0),
                 contribution(null.times[0], null.times[1]),
             )
         });
