@@ -94,7 +94,7 @@ impl<'a> Background<'a> {
     }
 
     /// The weighted rest.
-    pub(super) fn rest(&self) -> DVector<f64> {
+    pub fn rest(&self) -> DVector<f64> {
         self.weighted(&self.fit.left_over)
     }
 

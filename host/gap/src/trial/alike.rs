@@ -36,8 +36,7 @@ pub(super) fn alike(
     }
     let scale = scale(believed, records);
     let background = Background::new(&model, records, nodes, &scale, weights, &fit);
-    let weighted = fit.left_over.iter().zip(weights).map(|(r, w)| r * w);
-    let change = background.beyond(&nalgebra::DVector::from_iterator(weights.len(), weighted));
+    let change = background.beyond(&background.rest());
     let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
     let apart = |gain: f64| ((change.norm_squared() - gain).max(0.0) / counted).sqrt();
     let others = ALL.iter().filter(|entry| entry.id != id);
