@@ -38,6 +38,8 @@ pub struct Axis {
     config: AxisConfig,
     drive: Drive,
     keeps: f64,
+    /// Part of the acceleration that effects feel which is still felt a step later.
+    still_felt: f64,
     contact: Affected,
     effects: Vec<Box<dyn Effect>>,
     motion: Motion,
@@ -101,6 +103,10 @@ fn steps_with(
     steps
 }
 
+/// Effects feel the acceleration of so long, s. Friction that depended on that of the step before would be its own cause: with damped
+/// bristles that is unstable at speed.
+const FELT_S: f64 = 2.5e-4;
+
 impl Axis {
     /// An axis at rest at position zero. Effects may take part of its inertia behind a coupling and ask for more steps.
     pub fn new(
@@ -124,9 +130,11 @@ impl Axis {
             config.steps = steps_with(&config, rubbing, contact.as_ref(), &effects);
         }
         let drive = Drive::new(config.drive);
+        let step_s = config.sample_time_s / f64::from(config.steps);
         Self {
             config,
-            keeps: drive.keeps(config.sample_time_s / f64::from(config.steps)),
+            keeps: drive.keeps(step_s),
+            still_felt: (-step_s / FELT_S).exp(),
             drive,
             contact: Affected::new(contact, &effects),
             effects,
@@ -248,7 +256,9 @@ impl Axis {
                 inertia_share,
                 step_s,
             );
-            self.acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
+            let acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
+            self.acceleration_rad_s2 = acceleration_rad_s2
+                + self.still_felt * (self.acceleration_rad_s2 - acceleration_rad_s2);
             self.friction_nm = friction;
         }
         self.mean_torque_nm = sum / f64::from(self.config.steps);

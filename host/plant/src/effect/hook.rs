@@ -13,7 +13,7 @@ pub struct Instant {
     pub step_s: f64,
     /// Positions and velocities; in `sensor`, the motor position as the effects before this one left it.
     pub motion: Motion,
-    /// Acceleration of the motor in the step before, rad/s^2.
+    /// Acceleration of the motor up to the step, rad/s^2; in a simulation as a lag of a quarter of a millisecond lets it through.
     pub acceleration_rad_s2: f64,
     /// Mean torque on the rotor over the step as the effects before this one left it, N m; in `actuator` of the first
     /// effect, what the drive puts out.
