@@ -29,8 +29,8 @@ pub enum Expected {
 pub enum Outcome {
     /// What it should say.
     Right,
-    /// A tie of the truth with what these experiments cannot tell from it, as was computed before; where the truth is unknown to it,
-    /// that alone.
+    /// A tie of the truth with what these experiments cannot tell from it, as was computed before; where the truth is unknown to it or
+    /// there are several effects, that alone.
     AsOne,
     /// A tie that holds the truth and more, or where the truth is unknown to it a tie.
     Tied,
@@ -76,8 +76,8 @@ pub struct Case {
     seconds: f64,
     diagnosis: Option<Diagnosis>,
     refused: Option<String>,
-    /// What these experiments cannot tell from the truth.
-    alike: Vec<&'static str>,
+    /// What these experiments cannot tell from each effect.
+    alike: Vec<Vec<&'static str>>,
 }
 
 impl Case {
@@ -159,34 +159,41 @@ impl Case {
 fn judge(
     expected: Expected,
     truth: &[&str],
-    alike: &[&str],
+    alike: &[Vec<&str>],
     kind: Kind,
     said: &[String],
 ) -> Outcome {
-    let held = |id: &&str| said.iter().any(|one| one == id);
-    let no_other = said.iter().all(|one| truth.contains(&one.as_str()));
+    let says = |id: &str| said.iter().any(|one| one == id);
+    let is = |truth: &[&str]| said.iter().all(|one| truth.contains(&one.as_str()));
+    let as_one: Vec<&str> = alike.iter().flatten().copied().collect();
+    // Each effect by its own name or by one that cannot be told from it.
+    let found = || {
+        let one_of = |(place, id): (usize, &&str)| {
+            says(id)
+                || alike
+                    .get(place)
+                    .is_some_and(|ids| ids.iter().any(|id| says(id)))
+        };
+        said.len() == truth.len() && truth.iter().enumerate().all(one_of)
+    };
     match (expected, kind) {
         (Expected::None, Kind::None)
         | (Expected::Parameters, Kind::Parameters)
         | (Expected::Unknown, Kind::Unknown) => Outcome::Right,
         (_, Kind::None | Kind::Parameters | Kind::Insufficient) => Outcome::Nothing,
         (_, Kind::Unknown) => Outcome::Unknown,
-        (Expected::Unknown, Kind::Effect | Kind::Ambiguous)
-            if said.iter().all(|one| alike.contains(&one.as_str())) =>
-        {
-            Outcome::AsOne
-        }
+        (Expected::Unknown, Kind::Effect | Kind::Ambiguous) if is(&as_one) => Outcome::AsOne,
         (Expected::Unknown, Kind::Ambiguous) => Outcome::Tied,
-        (Expected::Effects, Kind::Effect | Kind::Effects) if no_other => {
-            if truth.iter().all(held) {
+        (Expected::Effects, Kind::Effect | Kind::Effects) if is(truth) => {
+            if truth.iter().all(|id| says(id)) {
                 Outcome::Right
             } else {
                 Outcome::Part
             }
         }
-        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(held) => {
-            let known = |one: &String| [truth, alike].concat().contains(&one.as_str());
-            if said.iter().all(known) {
+        (Expected::Effects, Kind::Effects) if found() => Outcome::AsOne,
+        (Expected::Effects, Kind::Ambiguous) if truth.iter().any(|id| says(id)) => {
+            if is(&[truth, &as_one].concat()) {
                 Outcome::AsOne
             } else {
                 Outcome::Tied
@@ -355,7 +362,7 @@ mod tests {
 
     fn said(expected: Expected, truth: &[&str], kind: Kind, effects: &[&str]) -> Outcome {
         let effects: Vec<String> = effects.iter().map(|id| (*id).to_string()).collect();
-        judge(expected, truth, &["c"], kind, &effects)
+        judge(expected, truth, &[vec!["c"]], kind, &effects)
     }
 
     #[test]
@@ -373,7 +380,9 @@ mod tests {
         let two = |kind, effects: &[&str]| said(Effects, &["a", "b"], kind, effects);
         assert_eq!(two(Kind::Effects, &["b", "a"]), Outcome::Right);
         assert_eq!(two(Kind::Effect, &["b"]), Outcome::Part);
-        assert_eq!(two(Kind::Effects, &["b", "c"]), Outcome::Wrong);
+        assert_eq!(two(Kind::Effects, &["b", "c"]), Outcome::AsOne);
+        assert_eq!(two(Kind::Effects, &["a", "c"]), Outcome::Wrong);
+        assert_eq!(two(Kind::Effects, &["b", "d"]), Outcome::Wrong);
         assert_eq!(said(None, &[], Kind::None, &[]), Outcome::Right);
         assert_eq!(said(None, &[], Kind::Parameters, &[]), Outcome::Nothing);
         assert_eq!(said(None, &[], Kind::Effect, &["a"]), Outcome::Wrong);

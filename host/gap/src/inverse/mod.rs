@@ -14,6 +14,6 @@ pub use base::scale;
 pub use fit::{Fit, STANDS_STILL, fit, fit_alone, fit_at, fit_near, fit_on, fit_roughly};
 pub use follow::{Later, Rubbing, Running, left_over};
 pub use kernel::Kernel;
-pub use model::{Added, Free, Model, OFFSET, Own, Owner, Point};
+pub use model::{Added, DELAYS, Free, Model, OFFSET, Own, Owner, Point};
 pub use record::{Record, Stretch};
 pub use twin::twins;

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub const OFFSET: &str = "mechanics.offset";
 /// Effects by which effort acts later than recorded, or a position is older: no log of effort and motor position tells them
 /// apart, and along a measured motion they are one.
-const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
+pub const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
 
 /// A parameter of the simulator itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -58,8 +58,8 @@ pub struct Trial {
     pub floor_nm: f64,
     /// What it leaves over beyond the floor along those with the effects, N m rms.
     pub gap_nm: f64,
-    /// Ids of effects that these experiments cannot tell from the one that is there; none where there are several.
-    pub alike: Vec<&'static str>,
+    /// Of each effect the ids of those that these experiments cannot tell from it.
+    pub alike: Vec<Vec<&'static str>>,
 }
 
 /// Axes and sets of experiments that are tried before an effect counts as one that cannot be shown.
@@ -127,9 +127,12 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             };
             logs = with;
             gap_nm = beyond(rms(&seen.left_over_nm), floor_nm);
-            if let [entry] = entries[..] {
-                let real = Believed::new(&truth, &path)?;
-                alike = alike::alike(entry.id, &real, &seen)?;
+            let with = Believed::new(&truth, &path)?;
+            for (place, entry) in entries.iter().enumerate() {
+                let mut without = truth.clone();
+                without.effects.remove(place);
+                let without = Believed::new(&without, &path)?;
+                alike.push(alike::alike(entry.id, &without, &with, &seen)?);
             }
         }
         let axis = plant.believed(&mut dice, wanted.parameter_error);
