@@ -36,6 +36,9 @@ const ROOM: f64 = 0.5;
 /// Nats of evidence, and part of the best one's gain, within which two hypotheses tie. Beyond five evidence is called very
 /// strong: Kass, Raftery 1995, J. Am. Stat. Assoc. 90, section 3.2.
 pub(super) const TIES: (f64, f64) = (5.0, 0.002);
+/// Nats of evidence within which they tie where what is left below what is open does not tell them apart by as much as `TIES` either:
+/// there one more parameter alone costs seven, the data leaving a thousandth of its prior.
+pub(super) const TIES_BUT_FOR_PRIORS: f64 = 8.0;
 /// Nats by which two effects must do better alone than two others to be named in their place.
 const TIES_ALONE: f64 = 10.0;
 /// Times of what is open that are left where too little is explained: then the effect is not in the catalogue. Opened cases
@@ -45,7 +48,7 @@ pub(super) const UNKNOWN: f64 = 1.4;
 /// with 2.2 and more. Slower an axis creeps on bristles whose load the encoder does not tell.
 pub(super) const UNKNOWN_SLIDING: f64 = 1.6;
 /// Times of what is open, of all and of sliding alone, below which nothing is left.
-const NOTHING: [f64; 2] = [1.15, 1.25];
+pub(super) const NOTHING: [f64; 2] = [1.15, 1.25];
 /// The same of the geometric mean over records in sliding: one that is coarse does not hide the others. Those were left with 1.4 at
 /// most, and with 1.6 and more.
 pub(super) const UNKNOWN_SLIDING_USUALLY: f64 = 1.55;
@@ -96,9 +99,9 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     };
     let nats = pair.score - single.score;
     let takes = (taken(pair) - taken(single)) / (before - taken(single));
-    let slides_off = leaves(search, single, [f64::INFINITY, UNKNOWN_SLIDING]);
-    let nothing_left =
-        leaves(search, single, [UNKNOWN, UNKNOWN_SLIDING]) && !leaves(search, pair, NOTHING);
+    let leaves = |h: &Hypothesis, times| leaves(&search.noise, &search.nodes, &h.held_out, times);
+    let slides_off = leaves(single, [f64::INFINITY, UNKNOWN_SLIDING]);
+    let nothing_left = leaves(single, [UNKNOWN, UNKNOWN_SLIDING]) && !leaves(pair, NOTHING);
     let asked = |(least_nats, least, most): (f64, f64, f64)| {
         nats > least_nats && takes > least && overlap < most
     };
@@ -109,9 +112,13 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     Some(if worth { pair } else { single })
 }
 
-/// Whether a hypothesis leaves more times of what is open than these, of all or of sliding alone.
-fn leaves(search: &Search, hypothesis: &Hypothesis, [all, sliding]: [f64; 2]) -> bool {
-    let (noise, nodes, rest) = (&search.noise, &search.nodes, &hypothesis.held_out);
+/// Whether a rest is more times what is open than these, of all or of sliding alone.
+pub(super) fn leaves(
+    noise: &Noise,
+    nodes: &[Node],
+    rest: &[f64],
+    [all, sliding]: [f64; 2],
+) -> bool {
     noise.times_open(nodes, rest) > all
         || noise.rms_times_open(nodes, rest, &[Regime::Sliding]) > sliding
 }

@@ -129,7 +129,7 @@ impl Judge<'_> {
 }
 
 /// Logarithm of how far the simulator's own parameters are believed, but for a constant.
-fn log_belief(model: &Model, at: &[f64]) -> f64 {
+pub(super) fn log_belief(model: &Model, at: &[f64]) -> f64 {
     log_prior(model, at, |free| matches!(free.owner, Owner::Own(_)))
 }
 

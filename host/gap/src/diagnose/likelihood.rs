@@ -83,6 +83,18 @@ impl Own {
         self
     }
 
+    /// The one in the middle of three.
+    #[must_use]
+    pub fn middle(one: &Self, other: &Self, third: &Self) -> Self {
+        let groups = one.0.iter().zip(&other.0).zip(&third.0);
+        let middle = |a: f64, b: f64, c: f64| a.min(b).max(a.max(b).min(c));
+        Self(
+            groups
+                .map(|((a, b), c)| [0, 1, 2].map(|at| middle(a[at], b[at], c[at])))
+                .collect(),
+        )
+    }
+
     fn rms_nm(&self, record: usize, regime: Regime) -> f64 {
         self.0
             .get(record)

@@ -128,7 +128,7 @@ impl Lost {
         let records: Vec<Record> = self
             .as_recorded
             .iter()
-            .zip(&search.records)
+            .zip(search.records.iter())
             .map(|(as_recorded, mended)| as_recorded.as_ref().unwrap_or(mended).clone())
             .collect();
         let model = &search.base.model;

@@ -193,7 +193,7 @@ impl Rest<'_> {
         let (mut before, mut after) = (vec![0.0; lines], vec![0.0; lines]);
         let mut windows = 0.0;
         let mut first = 0;
-        for record in &search.records {
+        for record in search.records.iter() {
             // Records of other rates come to the same lines with a window of another length.
             let window = (WINDOW as f64 * node_s(slowest) / node_s(record)).round() as usize;
             let transform = fourier(window);

@@ -24,7 +24,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let axis = axis_at(&base.model.at(&base.fit.at));
     let twins: Vec<Record> = twins(&axis, &search.records, 1.0, 0)?
         .into_iter()
-        .zip(&search.records)
+        .zip(search.records.iter())
         .map(|(twin, record)| twin.seen_through(record.kernel))
         .collect();
     let nodes = nodes(&twins, search.scale.z_ss_rad);

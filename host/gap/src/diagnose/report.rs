@@ -430,7 +430,7 @@ fn records(search: &Search) -> Table {
         ],
     );
     let unit = search.scale.unit.effort();
-    for record in &search.records {
+    for record in search.records.iter() {
         let samples: usize = record.stretches.iter().map(|s| s.effort_nm.len()).sum();
         table = table.row(&[
             record.name.clone(),

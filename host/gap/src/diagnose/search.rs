@@ -1,27 +1,29 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
-use super::accuse::{ACCUSES, gain_below_open};
-use super::beside::Pairs;
+use super::accuse::{ACCUSES, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, of_noise, sort};
+use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
 use super::likelihood::Own;
+use super::look_again::look_again;
 use super::null::nulls;
 use super::regime::nodes;
+use super::round::{Round, noise_of_best};
 use super::screen::gain;
-use super::signature;
 use super::single::Ground;
 use super::tried::Search;
+use super::verdict::{Kind, verdict};
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Record, fit, scale};
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry};
+use std::sync::Arc;
 
-/// The simulator alone is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one
-/// that began at wrong parameters has to come all the way.
-const MOST_ROUNDS: usize = 8;
+/// A model is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one that began at wrong
+/// parameters has to come all the way.
+pub(super) const MOST_ROUNDS: usize = 8;
 /// Nats that a further one must have gained: less than any effect must.
-const WORTH_A_ROUND: f64 = 6.0;
+pub(super) const WORTH_A_ROUND: f64 = 6.0;
 /// Of so many it is asked what they gain where they are not.
 const NULLS: usize = 3;
 /// Standard deviation of a parameter of the axis file, as a share of it.
@@ -45,6 +47,7 @@ pub fn search(
     catalogue: &[&'static Entry],
     progress: &dyn Fn(f64),
 ) -> Result<Search, InputError> {
+    let records: Arc<[Record]> = records.into();
     let scale = scale(believed, &records);
     let nodes = nodes(&records, scale.z_ss_rad);
     let model = Model::base(believed, &records, DOUBT)?;
@@ -61,7 +64,7 @@ pub fn search(
     let own_as_given = own_of(&model, &model.start());
     let (old, fitted) = refit(&ground, &as_given, &own_as_given)?;
     let own = own_of(&model, &fitted.at);
-    let mut noise = noise_of(&fitted.left_over, &own);
+    let noise = noise_of(&fitted.left_over, &own);
     progress(0.1);
 
     let catalogue: Vec<&'static Entry> = catalogue
@@ -70,75 +73,78 @@ pub fn search(
         .filter(|entry| model.effects.iter().all(|added| added.entry.id != entry.id))
         .filter(|entry| scale.unit == Unit::Rotary || entry.id != ONCE_A_TURN)
         .collect();
-    let fitted_ones: Vec<&'static Entry> = catalogue
-        .iter()
-        .copied()
-        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
-        .collect();
+    let fitted_ones: Vec<&'static Entry> = fitted_ones(&catalogue).collect();
     let (screened, tried) = ground.try_each(&fitted_ones, &noise, &old, &fitted, &|share| {
-        progress(0.1 + 0.6 * share)
+        progress(0.1 + 0.55 * share)
     })?;
-    progress(0.7);
+    progress(0.65);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
-    let mut weights = old.clone();
     let best = tried
         .iter()
         .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-    if let Some(best) = best {
-        let of_best = own_of(&best.model, &best.fit.at);
-        noise = noise_of(&best.fit.left_over, &own.clone().or_less(&of_best));
-        weights = noise.weights(&nodes);
-    }
+    let own = match best {
+        Some(best) => own.or_less(&own_of(&best.model, &best.fit.at)),
+        None => own,
+    };
+    let (noise, weights) =
+        noise_of_best(&ground, &tried, &old, &own)?.unwrap_or_else(|| (noise, old.clone()));
     let (fitted, tried) = ground.refine(fitted, tried, &old, &weights)?;
-    let noise = noise.explaining(&nodes, &fitted.left_over);
-    let judge = Judge {
-        records: &records,
-        nodes: &nodes,
-        weights: &weights,
-        noise: &noise,
-    };
-    let base = judge.hypothesis(Vec::new(), model.clone(), fitted);
-    let mut single = tried
-        .into_iter()
-        .map(|one| judge.hypothesis(vec![one.entry], one.model, one.fit))
-        .collect::<Vec<Hypothesis>>();
-    single.extend(signature::hypotheses(
-        &base, &records, &nodes, &noise, &catalogue, &scale,
-    ));
-    sort(&mut single);
-    progress(0.8);
-
-    let pairs = Pairs {
-        judge: &judge,
-        scale: &scale,
-        base: &base,
-        single: &single,
-    };
-    let several = pairs.search(&fitted_ones, &|share| progress(0.8 + 0.15 * share))?;
-    let screened = screened
-        .into_iter()
-        .map(|(entry, starts)| (entry, gain(&starts)));
-    let mut search = Search {
-        screened: screened.collect(),
-        records,
-        nodes,
-        scale,
+    let first = Round {
+        own,
         noise,
         weights,
-        as_given,
-        own_as_given,
-        own,
-        base,
-        single,
-        several,
-        nulls: Vec::new(),
-        shown: None,
+        fitted,
+        tried,
     };
-    // A simulator that diverges has no null.
-    search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();
+    let screened: Vec<(&'static Entry, f64)> = screened
+        .into_iter()
+        .map(|(entry, starts)| (entry, gain(&starts)))
+        .collect();
+    let judged = |round: &Round, from: f64, to: f64| {
+        let (noise, base, single, several) = round.compare(&ground, &catalogue, &|share| {
+            progress(from + (to - from) * share)
+        })?;
+        let mut search = Search {
+            screened: screened.clone(),
+            records: records.clone(),
+            nodes: nodes.clone(),
+            scale,
+            noise,
+            weights: round.weights.clone(),
+            as_given: as_given.clone(),
+            own_as_given: own_as_given.clone(),
+            own: round.own.clone(),
+            base,
+            single,
+            several,
+            nulls: Vec::new(),
+            shown: None,
+        };
+        // A simulator that diverges has no null.
+        search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();
+        Ok(search)
+    };
+    let mut search = judged(&first, 0.75, 0.85)?;
+    progress(0.9);
+    if verdict(&search).kind == Kind::Unknown
+        && let Some(second) = look_again(&ground, first, &own_as_given)?
+    {
+        let second = judged(&second, 0.9, 0.95)?;
+        if explains(&second) {
+            search = second;
+        }
+    }
     progress(1.0);
     Ok(search)
+}
+
+/// Effects whose torque can be predicted.
+pub(super) fn fitted_ones(catalogue: &[&'static Entry]) -> impl Iterator<Item = &'static Entry> {
+    catalogue
+        .iter()
+        .copied()
+        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
 }
 
 /// The simulator alone, and the weights of its nodes.
@@ -167,6 +173,21 @@ fn refit(ground: &Ground<'_>, as_given: &[f64], own: &Own) -> Result<(Vec<f64>, 
         before = density;
     }
     Ok((weights, fitted))
+}
+
+/// Whether a second look ends at an effect, or at two that leave nothing: a pair that leaves something stands for what it is not.
+fn explains(search: &Search) -> bool {
+    let verdict = verdict(search);
+    let all = |&at: &usize| {
+        let rest = &verdict.ranked[at].0.held_out;
+        let times = [UNKNOWN, UNKNOWN_SLIDING];
+        !leaves(&search.noise, &search.nodes, rest, times)
+    };
+    match verdict.kind {
+        Kind::Unknown => false,
+        Kind::Effects => verdict.named.iter().all(all),
+        _ => true,
+    }
 }
 
 /// What gains enough that its null is asked for.

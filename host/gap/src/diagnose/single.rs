@@ -7,6 +7,7 @@ use super::screen::{fit_best, screen};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
 use bristle_plant::effect::{Entry, Scale};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 /// Effects that are fitted after screening.
@@ -101,12 +102,7 @@ impl Ground<'_> {
         weights: &[f64],
     ) -> Result<(Fit, Vec<Tried>), InputError> {
         let again = |model: &Model, fit: Fit| {
-            let mut known = fit.jacobian;
-            for (row, (new, old)) in weights.iter().zip(old).enumerate() {
-                known
-                    .row_mut(row)
-                    .scale_mut(if *old > 0.0 { new / old } else { 0.0 });
-            }
+            let known = rescaled(&fit, old, weights);
             fit_near(model, self.records, weights, fit.at, &known)
                 .and_then(|fit| fit_at(model, self.records, weights, fit.at))
         };
@@ -130,6 +126,16 @@ impl Ground<'_> {
         tried.extend(further);
         Ok((fitted, tried))
     }
+}
+
+/// The Jacobian of a fit as it is with other weights.
+pub(super) fn rescaled(fit: &Fit, old: &[f64], new: &[f64]) -> DMatrix<f64> {
+    let mut jacobian = fit.jacobian.clone();
+    for (row, (new, old)) in new.iter().zip(old).enumerate() {
+        let times = if *old > 0.0 { new / old } else { 0.0 };
+        jacobian.row_mut(row).scale_mut(times);
+    }
+    jacobian
 }
 
 /// All fitted anew by a function of model and fit, best first.

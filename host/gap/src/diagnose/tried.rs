@@ -5,11 +5,13 @@ use super::likelihood::{Noise, Own};
 use super::regime::Node;
 use crate::inverse::Record;
 use bristle_plant::effect::{Entry, Scale};
+use std::sync::Arc;
 
 /// All that was tried.
+#[derive(Clone)]
 pub struct Search {
     /// The prepared logs.
-    pub records: Vec<Record>,
+    pub records: Arc<[Record]>,
     /// Their nodes.
     pub nodes: Vec<Node>,
     /// Size of axis and records.
@@ -22,7 +24,7 @@ pub struct Search {
     pub as_given: Vec<f64>,
     /// What the method leaves over of the simulator as it stands on records of its own.
     pub own_as_given: Own,
-    /// The same of the refitted simulator.
+    /// The same of the refitted simulator, or of the best effect where that is less.
     pub own: Own,
     /// The simulator with its own parameters refitted.
     pub base: Hypothesis,

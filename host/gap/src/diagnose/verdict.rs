@@ -8,7 +8,8 @@
 
 use super::accuse::{
     ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
-    UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, below_open, choose, contribution, explained,
+    TIES_BUT_FOR_PRIORS, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, below_open, choose,
+    contribution, explained,
 };
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
@@ -63,6 +64,8 @@ pub struct Verdict {
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
+/// A null is one draw of what varies by as much as it is: of clean axes two gained 1.3 and 1.8 times their null.
+const NULLS_VARY: f64 = 2.0;
 /// Evidence is divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
@@ -133,7 +136,7 @@ pub fn verdict(search: &Search) -> Verdict {
     let accused = chosen.is_some_and(|h| {
         let (nats, takes) = null(h).map_or((0.0, 0.0), |null| {
             (
-                null.nats.max(0.0),
+                NULLS_VARY * null.nats.max(0.0),
                 contribution(null.times[0], null.times[1]),
             )
         });
@@ -192,15 +195,18 @@ pub fn verdict(search: &Search) -> Verdict {
         (Kind::Effects, place.into_iter().collect())
     } else {
         let limit = best.log_evidence() - TIES.0.max(TIES.1 * gain);
+        let ties = |h: &Hypothesis| {
+            let squares = search.weighted_squares(h) - left_squares;
+            h.log_evidence() >= limit
+                || h.log_evidence() >= best.log_evidence() - TIES_BUT_FOR_PRIORS
+                    && squares < 2.0 * TIES.0
+        };
         // What positions show by themselves ties with nothing.
         let by_itself = shown || of_noise(best);
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
-            .filter(|(_, h)| {
-                h.ids() == best.ids()
-                    || !by_itself && h.added.len() == 1 && h.log_evidence() >= limit
-            })
+            .filter(|(_, h)| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h))
             .map(|(i, _)| i)
             .collect();
         (one_of(tied.len()), tied)

@@ -1,0 +1,234 @@
+//! A second look where nothing explains what is left: a fit goes downhill only, and with what is sudden, as a dead zone or a
+//! play, it stops short; and where it failed in one regime altogether, the weights hold that regime as noise.
+//!
+//! Weights by what each fit leaves itself: iteratively reweighted least squares, Green 1984, J. R. Stat. Soc. B 46.
+
+use super::accuse::ACCUSES;
+use super::fitted_noise::{noise_of, own_left_over};
+use super::hypothesis::log_belief;
+use super::likelihood::Own;
+use super::round::Round;
+use super::single::{Ground, Tried, rescaled};
+use crate::error::InputError;
+use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
+use bristle_plant::effect::{Kind, Scale};
+use rayon::prelude::*;
+
+/// So many of the best effects are looked at again.
+const LOOKED_AT: usize = 4;
+/// What parameters of the effect a fit starts again from, in times of where it ended; beside zero, what is more or less than 1 in
+/// times of what is usual.
+const TIMES: [f64; 4] = [0.5, 0.7, 1.35, 1.8];
+/// Nats that a look must gain for another one from there.
+const WORTH_ANOTHER: f64 = 6.0;
+/// Most looks, and most rounds of new weights.
+const LOOKS: usize = 3;
+
+/// The round anew with the noise that the best effect leaves once each of the best was looked at again: where it explains more than
+/// the best did by as much as accuses. `as_given` is what the method leaves over of the simulator as it stands.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn look_again(
+    ground: &Ground<'_>,
+    first: Round,
+    as_given: &Own,
+) -> Result<Option<Round>, InputError> {
+    let &Ground {
+        records,
+        nodes,
+        scale,
+        model,
+    } = ground;
+    let score = |model: &Model, fit: &Fit| {
+        first.noise.log_density(nodes, &fit.left_over) + log_belief(model, &fit.at)
+    };
+    let of_first = |&at: &usize| score(&first.tried[at].model, &first.tried[at].fit);
+    let mut order: Vec<usize> = (0..first.tried.len()).collect();
+    order.sort_by(|a, b| of_first(b).total_cmp(&of_first(a)));
+    order.truncate(LOOKED_AT);
+    let again = Again {
+        ground,
+        round: &first,
+    };
+    let mut best: Option<(f64, usize, Model, Fit)> = None;
+    for &at in &order {
+        let (model, fit) = again.at(&first.tried[at])?;
+        let score = score(&model, &fit);
+        if best.as_ref().is_none_or(|best| best.0 < score) {
+            best = Some((score, at, model, fit));
+        }
+    }
+    let Some((score, at, with, fit)) = best else {
+        return Ok(None);
+    };
+    if score - of_first(&order[0]) < ACCUSES {
+        return Ok(None);
+    }
+    let [alone, of_best] = [(model, &first.fitted.at), (&with, &fit.at)]
+        .map(|(model, at)| own_left_over(model, at, records, scale));
+    let own = Own::middle(&alone, &of_best, as_given);
+    let noise = noise_of(&with, records, nodes, &fit.left_over, &own);
+    let weights = noise.weights(nodes);
+    let mut tried = first.tried;
+    tried[at].fit = fit_at(&with, records, &first.weights, fit.at)?;
+    tried[at].model = with;
+    let (fitted, tried) = ground.refine(first.fitted, tried, &first.weights, &weights)?;
+    Ok(Some(Round {
+        own,
+        noise,
+        weights,
+        fitted,
+        tried,
+    }))
+}
+
+struct Again<'a> {
+    ground: &'a Ground<'a>,
+    round: &'a Round,
+}
+
+/// A fit and the weights that it was made with.
+struct Weighed {
+    model: Model,
+    fit: Fit,
+    weights: Vec<f64>,
+}
+
+impl Again<'_> {
+    fn density(&self, fit: &Fit) -> f64 {
+        let nodes = self.ground.nodes;
+        self.round.noise.log_density(nodes, &fit.left_over)
+    }
+
+    /// An effect looked at again.
+    fn at(&self, tried: &Tried) -> Result<(Model, Fit), InputError> {
+        let mut best = Weighed {
+            model: tried.model.clone(),
+            fit: tried.fit.clone(),
+            weights: self.round.weights.clone(),
+        };
+        for _ in 0..LOOKS {
+            let before = self.density(&best.fit);
+            best = self.settled(best)?;
+            best = self.elsewhere(best)?;
+            if self.density(&best.fit) - before < WORTH_ANOTHER {
+                break;
+            }
+        }
+        Ok((best.model, best.fit))
+    }
+
+    /// Fitted with the noise that it leaves itself, where the density grows by it.
+    fn settled(&self, mut one: Weighed) -> Result<Weighed, InputError> {
+        let &Ground { records, nodes, .. } = self.ground;
+        for _ in 0..LOOKS {
+            let noise = noise_of(
+                &one.model,
+                records,
+                nodes,
+                &one.fit.left_over,
+                &self.round.own,
+            );
+            let weights = noise.weights(nodes);
+            let known = rescaled(&one.fit, &one.weights, &weights);
+            let fit = fit_near(&one.model, records, &weights, one.fit.at.clone(), &known)?;
+            let gained = self.density(&fit) - self.density(&one.fit);
+            if gained <= 0.0 {
+                break;
+            }
+            one.fit = fit_at(&one.model, records, &weights, fit.at)?;
+            one.weights = weights;
+            if gained < WORTH_ANOTHER {
+                break;
+            }
+        }
+        Ok(one)
+    }
+
+    /// With the parameters that fit best of those near by and of its other forms.
+    fn elsewhere(&self, one: Weighed) -> Result<Weighed, InputError> {
+        let &Ground { records, scale, .. } = self.ground;
+        let Weighed {
+            model,
+            fit,
+            weights,
+        } = &one;
+        let known = fit.jacobian.columns(0, of_simulator(model)).into_owned();
+        let near = near(model, fit).into_par_iter().filter_map(|at| {
+            let fit = fit_near(model, records, weights, at, &known).ok()?;
+            Some((model.clone(), fit))
+        });
+        // Nothing that is known of one form holds for the other.
+        let other_form = other_form(model, scale).and_then(|other| {
+            let fit = fit_alone(&other, records, weights, fit.at.clone()).ok()?;
+            Some((other, fit))
+        });
+        let best = near
+            .chain(other_form.into_par_iter())
+            .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        match best.filter(|(_, other)| other.cost < fit.cost) {
+            Some((model, fit)) => {
+                let fit = fit_at(&model, records, weights, fit.at)?;
+                Ok(Weighed { model, fit, ..one })
+            }
+            None => Ok(one),
+        }
+    }
+}
+
+/// Parameters that are not of the effect that was added last.
+fn of_simulator(model: &Model) -> usize {
+    let of_last = |free: &Free| {
+        matches!(free.owner, Owner::Effect(effect, _) | Owner::OnRecord(effect, ..)
+            if effect + 1 == model.effects.len())
+    };
+    let own = model.free.iter().position(of_last);
+    own.unwrap_or(model.free.len())
+}
+
+/// Points off a fit, by one parameter of the effect each, or by both of two.
+fn near(model: &Model, fit: &Fit) -> Vec<Vec<f64>> {
+    let of_effect = |(_, free): &(usize, &Free)| {
+        matches!(free.owner, Owner::Effect(effect, parameter)
+            if effect + 1 == model.effects.len()
+                && model.effects[effect].entry.parameters[parameter].kind != Kind::Phase)
+    };
+    let off = |(i, free): (usize, &Free)| {
+        let value = free.value(fit.at[i]);
+        TIMES.map(|times| {
+            let mut at = fit.at.clone();
+            at[i] = free.coordinate(if value == 0.0 {
+                (times - 1.0) * free.spread
+            } else {
+                times * value
+            });
+            at
+        })
+    };
+    let places: Vec<(usize, &Free)> = model.free.iter().enumerate().filter(of_effect).collect();
+    let mut points: Vec<Vec<f64>> = places.iter().copied().flat_map(off).collect();
+    // Two that make up for each other, as the width of a dead zone and its jump, go together.
+    if let [first, second] = places[..] {
+        let together = off(first)
+            .into_iter()
+            .zip(off(second))
+            .map(|(mut at, other)| {
+                at[second.0] = other[second.0];
+                at
+            });
+        points.extend(together);
+    }
+    points
+}
+
+/// The model with its last effect in its other form, where it has one: no fit goes from one to the other.
+fn other_form(model: &Model, scale: &Scale) -> Option<Model> {
+    let mut other = model.clone();
+    let added = other.effects.last_mut()?;
+    let parameters = added.entry.parameters;
+    let form = parameters.iter().position(|p| p.kind == Kind::Form)?;
+    let [one, two] = (parameters[form].range)(scale);
+    added.values[form] = one + two - added.values[form];
+    Some(other)
+}

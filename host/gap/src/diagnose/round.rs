@@ -1,0 +1,139 @@
+//! A round of the search: everything fitted with the weights of some noise, and the hypotheses that it comes to.
+
+use super::accuse::{NOTHING, leaves};
+use super::beside::Pairs;
+use super::fitted_noise::noise_of;
+use super::hypothesis::{Hypothesis, Judge, log_belief, sort};
+use super::likelihood::{Noise, Own};
+use super::search::{MOST_ROUNDS, WORTH_A_ROUND, fitted_ones};
+use super::signature;
+use super::single::{Ground, Tried, rescaled};
+use crate::error::InputError;
+use crate::inverse::{Fit, fit_at, fit_near};
+use bristle_plant::effect::Entry;
+use rayon::prelude::*;
+
+/// So many of the best effects are fitted with their own noise.
+const SETTLED: usize = 3;
+
+/// What was fitted with some weights.
+pub(super) struct Round {
+    /// What the method leaves over of a model's own records.
+    pub(super) own: Own,
+    /// The noise that weights are from.
+    pub(super) noise: Noise,
+    /// The weight of each node.
+    pub(super) weights: Vec<f64>,
+    /// The simulator alone.
+    pub(super) fitted: Fit,
+    /// Each effect, best first.
+    pub(super) tried: Vec<Tried>,
+}
+
+impl Round {
+    /// The noise that densities are compared with, and the hypotheses: the simulator alone, with one effect and with two, best first.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn compare(
+        &self,
+        ground: &Ground<'_>,
+        catalogue: &[&'static Entry],
+        progress: &dyn Fn(f64),
+    ) -> Result<(Noise, Hypothesis, Vec<Hypothesis>, Vec<Hypothesis>), InputError> {
+        let &Ground {
+            records,
+            nodes,
+            scale,
+            model,
+        } = ground;
+        let noise = self.noise.clone().explaining(nodes, &self.fitted.left_over);
+        let judge = Judge {
+            records,
+            nodes,
+            weights: &self.weights,
+            noise: &noise,
+        };
+        let base = judge.hypothesis(Vec::new(), model.clone(), self.fitted.clone());
+        let mut single: Vec<Hypothesis> = self
+            .tried
+            .iter()
+            .map(|one| judge.hypothesis(vec![one.entry], one.model.clone(), one.fit.clone()))
+            .collect();
+        single.extend(signature::hypotheses(
+            &base, records, nodes, &noise, catalogue, scale,
+        ));
+        sort(&mut single);
+        let pairs = Pairs {
+            judge: &judge,
+            scale,
+            base: &base,
+            single: &single,
+        };
+        let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
+        let several = pairs.search(&fitted, progress)?;
+        Ok((noise, base, single, several))
+    }
+}
+
+/// The noise that the best effect leaves, and weights by it. Where it leaves something, but one of the best nothing once that is
+/// fitted with its own noise, again and again, that noise is the right one; else it is a regime that a fit would hold as noise.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn noise_of_best(
+    ground: &Ground<'_>,
+    tried: &[Tried],
+    old: &[f64],
+    own: &Own,
+) -> Result<Option<(Noise, Vec<f64>)>, InputError> {
+    let &Ground { records, nodes, .. } = ground;
+    let mut order: Vec<&Tried> = tried.iter().collect();
+    order.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    order.truncate(SETTLED);
+    let Some(best) = order.first() else {
+        return Ok(None);
+    };
+    let noise_of =
+        |one: &Tried, fit: &Fit| noise_of(&one.model, records, nodes, &fit.left_over, own);
+    let first = noise_of(best, &best.fit);
+    let at_first = first.weights(nodes);
+    let something = |noise: &Noise, fit: &Fit| leaves(noise, nodes, &fit.left_over, NOTHING);
+    if !something(&first, &best.fit) {
+        return Ok(Some((first, at_first)));
+    }
+    let density = |fit: &Fit| first.log_density(nodes, &fit.left_over);
+    let settled = |one: &&Tried| -> Result<(f64, Fit, Noise), InputError> {
+        let mut fitted = one.fit.clone();
+        let mut weights = at_first.clone();
+        let mut known = rescaled(&fitted, old, &weights);
+        for _ in 1..MOST_ROUNDS {
+            let next = fit_near(&one.model, records, &weights, fitted.at.clone(), &known)?;
+            if density(&next) - density(&fitted) < WORTH_A_ROUND {
+                break;
+            }
+            fitted = fit_at(&one.model, records, &weights, next.at)?;
+            let new = noise_of(one, &fitted).weights(nodes);
+            known = rescaled(&fitted, &weights, &new);
+            weights = new;
+        }
+        let noise = noise_of(one, &fitted);
+        let score = density(&fitted) + log_belief(&one.model, &fitted.at);
+        Ok((score, fitted, noise))
+    };
+    let settled = order
+        .par_iter()
+        .map(settled)
+        .collect::<Result<Vec<_>, _>>()?;
+    let explains = settled
+        .into_iter()
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(_, fit, noise)| !something(noise, fit));
+    Ok(Some(match explains {
+        Some((.., noise)) => {
+            let weights = noise.weights(nodes);
+            (noise, weights)
+        }
+        None => (first, at_first),
+    }))
+}
