@@ -226,9 +226,14 @@ pub fn tables(title: &str, cases: &[Case]) -> Vec<Table> {
     let shown = cases.len() - count(&[Outcome::NotShowable]);
     let right = count(&[Outcome::Right, Outcome::AsOne]);
     let share = 100.0 * right as f64 / shown.max(1) as f64;
+    let which = if shown < cases.len() {
+        " that can be shown"
+    } else {
+        ""
+    };
     let mut counts = Table::new(
         &format!(
-            "{title}: {right} of {shown} that can be shown right, {share:.0} %; median {} s a case",
+            "{title}: {right} of {shown}{which} right, {share:.0} %; median {} s a case",
             output::short(median)
         ),
         &header,

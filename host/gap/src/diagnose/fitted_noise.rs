@@ -1,7 +1,8 @@
 //! The noise of records beside a fitted model, and what the method leaves over of that model's own records.
 
 use super::axis_at::axis_at;
-use super::likelihood::{Noise, Own};
+use super::likelihood::Noise;
+use super::own::Own;
 use super::regime::{Node, nodes};
 use crate::inverse::{Model, Record, twins};
 use bristle_plant::effect::Scale;

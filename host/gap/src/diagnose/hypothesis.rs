@@ -86,6 +86,14 @@ impl Hypothesis {
     }
 }
 
+/// Effects whose torque can be predicted.
+pub(super) fn fitted_ones(catalogue: &[&'static Entry]) -> impl Iterator<Item = &'static Entry> {
+    catalogue
+        .iter()
+        .copied()
+        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
+}
+
 /// Whether nothing but noise was added.
 pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
     hypothesis

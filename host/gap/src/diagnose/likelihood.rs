@@ -1,5 +1,6 @@
 //! How well a rest is explained: noise by record and regime, and the density that a rest has under it.
 
+use super::own::Own;
 use super::regime::{Node, Regime};
 use crate::inverse::Record;
 use crate::signal::rms;
@@ -53,54 +54,6 @@ const BELIEVED: f64 = 0.5;
 
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
-
-/// What the method leaves over of an axis that is exactly the model and whose effort is measured exactly, by record and
-/// regime: coarse positions and smoothing.
-#[derive(Clone, Debug, Default)]
-pub struct Own(Vec<[f64; 3]>);
-
-impl Own {
-    /// From records of such an axis.
-    pub fn new(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Self {
-        let mut sums = vec![[(0.0, 0.0); 3]; records.len()];
-        for (node, r) in nodes.iter().zip(left_over).filter(|(n, _)| !n.excluded) {
-            let (square, count) = &mut sums[node.record][node.regime as usize];
-            *square += r * r;
-            *count += 1.0;
-        }
-        let rms = |(square, count): (f64, f64)| (square / f64::max(count, 1.0)).sqrt();
-        Self(sums.into_iter().map(|groups| groups.map(rms)).collect())
-    }
-
-    /// The lower of both: what one model does not leave over of itself, the method does not have to.
-    #[must_use]
-    pub fn or_less(mut self, other: &Self) -> Self {
-        for (groups, others) in self.0.iter_mut().zip(&other.0) {
-            for (rms, other) in groups.iter_mut().zip(others) {
-                *rms = rms.min(*other);
-            }
-        }
-        self
-    }
-
-    /// The one in the middle of three.
-    #[must_use]
-    pub fn middle(one: &Self, other: &Self, third: &Self) -> Self {
-        let groups = one.0.iter().zip(&other.0).zip(&third.0);
-        let middle = |a: f64, b: f64, c: f64| a.min(b).max(a.max(b).min(c));
-        Self(
-            groups
-                .map(|((a, b), c)| [0, 1, 2].map(|at| middle(a[at], b[at], c[at])))
-                .collect(),
-        )
-    }
-
-    fn rms_nm(&self, record: usize, regime: Regime) -> f64 {
-        self.0
-            .get(record)
-            .map_or(0.0, |groups| groups[regime as usize])
-    }
-}
 
 impl Noise {
     /// From what a fitted model leaves over. `stiffness_nm_rad` turns the encoder's error into torque in presliding.

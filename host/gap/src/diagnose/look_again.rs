@@ -6,7 +6,7 @@
 use super::accuse::ACCUSES;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::log_belief;
-use super::likelihood::Own;
+use super::own::Own;
 use super::round::Round;
 use super::single::{Ground, Tried, rescaled};
 use crate::error::InputError;

@@ -17,6 +17,7 @@ mod lost;
 mod maps;
 mod next;
 mod null;
+mod own;
 mod play;
 mod regime;
 mod report;

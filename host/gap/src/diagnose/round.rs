@@ -2,10 +2,10 @@
 
 use super::accuse::{NOTHING, leaves};
 use super::beside::Pairs;
-use super::fitted_noise::noise_of;
-use super::hypothesis::{Hypothesis, Judge, log_belief, sort};
-use super::likelihood::{Noise, Own};
-use super::search::{MOST_ROUNDS, WORTH_A_ROUND, fitted_ones};
+use super::fitted_noise::{noise_of, own_left_over};
+use super::hypothesis::{Hypothesis, Judge, fitted_ones, log_belief, sort};
+use super::likelihood::Noise;
+use super::own::Own;
 use super::signature;
 use super::single::{Ground, Tried, rescaled};
 use crate::error::InputError;
@@ -13,6 +13,11 @@ use crate::inverse::{Fit, fit_at, fit_near};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 
+/// A model is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one that began at wrong
+/// parameters has to come all the way.
+pub(super) const MOST_ROUNDS: usize = 8;
+/// Nats that a further one must have gained: less than any effect must.
+pub(super) const WORTH_A_ROUND: f64 = 6.0;
 /// So many of the best effects are fitted with their own noise.
 const SETTLED: usize = 3;
 
@@ -76,7 +81,8 @@ impl Round {
     }
 }
 
-/// The noise that the best effect leaves, and weights by it. Where it leaves something, but one of the best nothing once that is
+/// The noise that the best effect leaves, weights by it, and what the method leaves over of that effect's own records or of the
+/// simulator's alone, which is `own`, whichever is less. Where it leaves something, but one of the best nothing once that is
 /// fitted with its own noise, again and again, that noise is the right one; else it is a regime that a fit would hold as noise.
 ///
 /// # Errors
@@ -86,21 +92,28 @@ pub(super) fn noise_of_best(
     tried: &[Tried],
     old: &[f64],
     own: &Own,
-) -> Result<Option<(Noise, Vec<f64>)>, InputError> {
-    let &Ground { records, nodes, .. } = ground;
+) -> Result<Option<(Own, Noise, Vec<f64>)>, InputError> {
+    let &Ground {
+        records,
+        nodes,
+        scale,
+        ..
+    } = ground;
     let mut order: Vec<&Tried> = tried.iter().collect();
     order.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
     order.truncate(SETTLED);
     let Some(best) = order.first() else {
         return Ok(None);
     };
+    let of_best = own_left_over(&best.model, &best.fit.at, records, scale);
+    let own = own.clone().or_less(&of_best);
     let noise_of =
-        |one: &Tried, fit: &Fit| noise_of(&one.model, records, nodes, &fit.left_over, own);
+        |one: &Tried, fit: &Fit| noise_of(&one.model, records, nodes, &fit.left_over, &own);
     let first = noise_of(best, &best.fit);
     let at_first = first.weights(nodes);
     let something = |noise: &Noise, fit: &Fit| leaves(noise, nodes, &fit.left_over, NOTHING);
     if !something(&first, &best.fit) {
-        return Ok(Some((first, at_first)));
+        return Ok(Some((own, first, at_first)));
     }
     let density = |fit: &Fit| first.log_density(nodes, &fit.left_over);
     let settled = |one: &&Tried| -> Result<(f64, Fit, Noise), InputError> {
@@ -132,8 +145,8 @@ pub(super) fn noise_of_best(
     Ok(Some(match explains {
         Some((.., noise)) => {
             let weights = noise.weights(nodes);
-            (noise, weights)
+            (own, noise, weights)
         }
-        None => (first, at_first),
+        None => (own, first, at_first),
     }))
 }

@@ -2,12 +2,12 @@
 
 use super::accuse::{ACCUSES, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
-use super::likelihood::Own;
+use super::hypothesis::{Hypothesis, fitted_ones, of_noise};
 use super::look_again::look_again;
 use super::null::nulls;
+use super::own::Own;
 use super::regime::nodes;
-use super::round::{Round, noise_of_best};
+use super::round::{MOST_ROUNDS, Round, WORTH_A_ROUND, noise_of_best};
 use super::screen::gain;
 use super::single::Ground;
 use super::tried::Search;
@@ -19,11 +19,6 @@ use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry};
 use std::sync::Arc;
 
-/// A model is fitted so often at most: with the noise that each fit leaves the next one goes farther, and one that began at wrong
-/// parameters has to come all the way.
-pub(super) const MOST_ROUNDS: usize = 8;
-/// Nats that a further one must have gained: less than any effect must.
-pub(super) const WORTH_A_ROUND: f64 = 6.0;
 /// Of so many it is asked what they gain where they are not.
 const NULLS: usize = 3;
 /// Standard deviation of a parameter of the axis file, as a share of it.
@@ -80,15 +75,8 @@ pub fn search(
     progress(0.65);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
-    let best = tried
-        .iter()
-        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-    let own = match best {
-        Some(best) => own.or_less(&own_of(&best.model, &best.fit.at)),
-        None => own,
-    };
-    let (noise, weights) =
-        noise_of_best(&ground, &tried, &old, &own)?.unwrap_or_else(|| (noise, old.clone()));
+    let (own, noise, weights) =
+        noise_of_best(&ground, &tried, &old, &own)?.unwrap_or_else(|| (own, noise, old.clone()));
     let (fitted, tried) = ground.refine(fitted, tried, &old, &weights)?;
     let first = Round {
         own,
@@ -137,14 +125,6 @@ pub fn search(
     }
     progress(1.0);
     Ok(search)
-}
-
-/// Effects whose torque can be predicted.
-pub(super) fn fitted_ones(catalogue: &[&'static Entry]) -> impl Iterator<Item = &'static Entry> {
-    catalogue
-        .iter()
-        .copied()
-        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
 }
 
 /// The simulator alone, and the weights of its nodes.

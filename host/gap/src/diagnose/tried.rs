@@ -1,7 +1,8 @@
 //! All that a search tried: what a verdict and every page of a report are drawn from.
 
 use super::hypothesis::Hypothesis;
-use super::likelihood::{Noise, Own};
+use super::likelihood::Noise;
+use super::own::Own;
 use super::regime::Node;
 use crate::inverse::Record;
 use bristle_plant::effect::{Entry, Scale};
