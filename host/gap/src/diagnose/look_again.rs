@@ -1,14 +1,12 @@
 //! A second look where nothing explains what is left: a fit goes downhill only, and with what is sudden, as a dead zone or a
 //! play, it stops short; and where it failed in one regime altogether, the weights hold that regime as noise.
-//!
-//! Weights by what each fit leaves itself: iteratively reweighted least squares, Green 1984, J. R. Stat. Soc. B 46.
 
 use super::accuse::ACCUSES;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::log_belief;
 use super::own::Own;
-use super::round::Round;
-use super::single::{Ground, Tried, rescaled};
+use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
+use super::single::{Ground, Tried};
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
 use bristle_plant::effect::{Kind, Scale};
@@ -19,8 +17,6 @@ const LOOKED_AT: usize = 4;
 /// What parameters of the effect a fit starts again from, in times of where it ended; beside zero, what is more or less than 1 in
 /// times of what is usual.
 const TIMES: [f64; 4] = [0.5, 0.7, 1.35, 1.8];
-/// Nats that a look must gain for another one from there.
-const WORTH_ANOTHER: f64 = 6.0;
 /// Most looks, and most rounds of new weights.
 const LOOKS: usize = 3;
 
@@ -88,13 +84,6 @@ struct Again<'a> {
     round: &'a Round,
 }
 
-/// A fit and the weights that it was made with.
-struct Weighed {
-    model: Model,
-    fit: Fit,
-    weights: Vec<f64>,
-}
-
 impl Again<'_> {
     fn density(&self, fit: &Fit) -> f64 {
         let nodes = self.ground.nodes;
@@ -108,42 +97,23 @@ impl Again<'_> {
             fit: tried.fit.clone(),
             weights: self.round.weights.clone(),
         };
+        let settling = Settling {
+            ground: self.ground,
+            own: &self.round.own,
+            compared: &self.round.noise,
+            most: LOOKS,
+            least_gain: 0.0,
+        };
         for _ in 0..LOOKS {
             let before = self.density(&best.fit);
-            best = self.settled(best)?;
+            let weights = settling.noise(&best).weights(self.ground.nodes);
+            best = settling.settled(best, weights)?;
             best = self.elsewhere(best)?;
-            if self.density(&best.fit) - before < WORTH_ANOTHER {
+            if self.density(&best.fit) - before < WORTH_A_ROUND {
                 break;
             }
         }
         Ok((best.model, best.fit))
-    }
-
-    /// Fitted with the noise that it leaves itself, where the density grows by it.
-    fn settled(&self, mut one: Weighed) -> Result<Weighed, InputError> {
-        let &Ground { records, nodes, .. } = self.ground;
-        for _ in 0..LOOKS {
-            let noise = noise_of(
-                &one.model,
-                records,
-                nodes,
-                &one.fit.left_over,
-                &self.round.own,
-            );
-            let weights = noise.weights(nodes);
-            let known = rescaled(&one.fit, &one.weights, &weights);
-            let fit = fit_near(&one.model, records, &weights, one.fit.at.clone(), &known)?;
-            let gained = self.density(&fit) - self.density(&one.fit);
-            if gained <= 0.0 {
-                break;
-            }
-            one.fit = fit_at(&one.model, records, &weights, fit.at)?;
-            one.weights = weights;
-            if gained < WORTH_ANOTHER {
-                break;
-            }
-        }
-        Ok(one)
     }
 
     /// With the parameters that fit best of those near by and of its other forms.
@@ -154,7 +124,8 @@ impl Again<'_> {
             fit,
             weights,
         } = &one;
-        let known = fit.jacobian.columns(0, of_simulator(model)).into_owned();
+        let of_simulator = self.ground.model.free.len();
+        let known = fit.jacobian.columns(0, of_simulator).into_owned();
         let near = near(model, fit).into_par_iter().filter_map(|at| {
             let fit = fit_near(model, records, weights, at, &known).ok()?;
             Some((model.clone(), fit))
@@ -175,16 +146,6 @@ impl Again<'_> {
             None => Ok(one),
         }
     }
-}
-
-/// Parameters that are not of the effect that was added last.
-fn of_simulator(model: &Model) -> usize {
-    let of_last = |free: &Free| {
-        matches!(free.owner, Owner::Effect(effect, _) | Owner::OnRecord(effect, ..)
-            if effect + 1 == model.effects.len())
-    };
-    let own = model.free.iter().position(of_last);
-    own.unwrap_or(model.free.len())
 }
 
 /// Points off a fit, by one parameter of the effect each, or by both of two.

@@ -9,7 +9,7 @@ use super::own::Own;
 use super::signature;
 use super::single::{Ground, Tried, rescaled};
 use crate::error::InputError;
-use crate::inverse::{Fit, fit_at, fit_near};
+use crate::inverse::{Fit, Model, fit_at, fit_near};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 
@@ -107,32 +107,30 @@ pub(super) fn noise_of_best(
     };
     let of_best = own_left_over(&best.model, &best.fit.at, records, scale);
     let own = own.clone().or_less(&of_best);
-    let noise_of =
-        |one: &Tried, fit: &Fit| noise_of(&one.model, records, nodes, &fit.left_over, &own);
-    let first = noise_of(best, &best.fit);
+    let first = noise_of(&best.model, records, nodes, &best.fit.left_over, &own);
     let at_first = first.weights(nodes);
     let something = |noise: &Noise, fit: &Fit| leaves(noise, nodes, &fit.left_over, NOTHING);
     if !something(&first, &best.fit) {
         return Ok(Some((own, first, at_first)));
     }
-    let density = |fit: &Fit| first.log_density(nodes, &fit.left_over);
+    let settling = Settling {
+        ground,
+        own: &own,
+        compared: &first,
+        most: MOST_ROUNDS - 1,
+        least_gain: WORTH_A_ROUND,
+    };
     let settled = |one: &&Tried| -> Result<(f64, Fit, Noise), InputError> {
-        let mut fitted = one.fit.clone();
-        let mut weights = at_first.clone();
-        let mut known = rescaled(&fitted, old, &weights);
-        for _ in 1..MOST_ROUNDS {
-            let next = fit_near(&one.model, records, &weights, fitted.at.clone(), &known)?;
-            if density(&next) - density(&fitted) < WORTH_A_ROUND {
-                break;
-            }
-            fitted = fit_at(&one.model, records, &weights, next.at)?;
-            let new = noise_of(one, &fitted).weights(nodes);
-            known = rescaled(&fitted, &weights, &new);
-            weights = new;
-        }
-        let noise = noise_of(one, &fitted);
-        let score = density(&fitted) + log_belief(&one.model, &fitted.at);
-        Ok((score, fitted, noise))
+        let as_tried = Weighed {
+            model: one.model.clone(),
+            fit: one.fit.clone(),
+            weights: old.to_vec(),
+        };
+        let settled = settling.settled(as_tried, at_first.clone())?;
+        let noise = settling.noise(&settled);
+        let Weighed { model, fit, .. } = settled;
+        let score = first.log_density(nodes, &fit.left_over) + log_belief(&model, &fit.at);
+        Ok((score, fit, noise))
     };
     let settled = order
         .par_iter()
@@ -149,4 +147,60 @@ pub(super) fn noise_of_best(
         }
         None => (own, first, at_first),
     }))
+}
+
+/// A fit and the weights that it was made with.
+pub(super) struct Weighed {
+    pub(super) model: Model,
+    pub(super) fit: Fit,
+    pub(super) weights: Vec<f64>,
+}
+
+/// Fitting with the noise that each fit leaves itself: iteratively reweighted least squares, Green 1984, J. R. Stat. Soc. B 46.
+pub(super) struct Settling<'a> {
+    pub(super) ground: &'a Ground<'a>,
+    /// What the method leaves over of a model's own records.
+    pub(super) own: &'a Own,
+    /// Noise that densities are compared with.
+    pub(super) compared: &'a Noise,
+    /// Most fits.
+    pub(super) most: usize,
+    /// Nats that a fit must gain beyond to be taken.
+    pub(super) least_gain: f64,
+}
+
+impl Settling<'_> {
+    /// The noise that a fit leaves itself.
+    pub(super) fn noise(&self, one: &Weighed) -> Noise {
+        let &Ground { records, nodes, .. } = self.ground;
+        noise_of(&one.model, records, nodes, &one.fit.left_over, self.own)
+    }
+
+    /// Fitted with `weights`, then with its own, until it gains no more.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn settled(
+        &self,
+        mut one: Weighed,
+        mut weights: Vec<f64>,
+    ) -> Result<Weighed, InputError> {
+        let &Ground { records, nodes, .. } = self.ground;
+        let density = |fit: &Fit| self.compared.log_density(nodes, &fit.left_over);
+        for _ in 0..self.most {
+            let known = rescaled(&one.fit, &one.weights, &weights);
+            let fit = fit_near(&one.model, records, &weights, one.fit.at.clone(), &known)?;
+            let gained = density(&fit) - density(&one.fit);
+            if gained <= self.least_gain {
+                break;
+            }
+            one.fit = fit_at(&one.model, records, &weights, fit.at)?;
+            one.weights = weights;
+            if gained < WORTH_A_ROUND {
+                break;
+            }
+            weights = self.noise(&one).weights(nodes);
+        }
+        Ok(one)
+    }
 }
