@@ -5,6 +5,7 @@ use crate::output::{self, Progress};
 use bristle_gap::diagnose::{Diagnosis, Options, catalogue, diagnose};
 use bristle_gap::trial::{self, Trial, Wanted};
 use bristle_gap::{Believed, InputError};
+use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -175,12 +176,18 @@ fn case(args: &Args, ids: &[&'static str], k: usize) -> Result<Case, InputError>
     let left_out = (args.kind == Kind::LeftOut).then_some(first);
     let start = Instant::now();
     let diagnosis = drawn.as_ref().map(|trial| answer(trial, left_out));
+    let seconds = start.elapsed().as_secs_f64();
+    let alike = match (&drawn, &diagnosis) {
+        (Some(trial), Some(Ok(said))) => alike(trial, &said.verdict.effects)?,
+        _ => Vec::new(),
+    };
     Ok(Case::new(
         seed,
         &wanted.effects,
         drawn.as_ref(),
         diagnosis,
-        start.elapsed().as_secs_f64(),
+        alike,
+        seconds,
         args.kind.expected(),
     ))
 }
@@ -192,4 +199,20 @@ fn answer(trial: &Trial, left_out: Option<&str>) -> Result<Diagnosis, InputError
     options.catalogue.retain(|entry| Some(entry.id) != left_out);
     let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ())?;
     Ok(outcome.diagnosis)
+}
+
+/// Of what was named those that these experiments cannot tell from each effect that is there: only of these it is asked, since it does not
+/// depend on what was said.
+fn alike(trial: &Trial, said: &[String]) -> Result<Vec<Vec<&'static str>>, InputError> {
+    let named = |entry: &&'static Entry| said.iter().any(|id| id == entry.id);
+    let of = |(place, id): (usize, &&str)| {
+        let mut alike = Vec::new();
+        for entry in catalogue().into_iter().filter(named) {
+            if entry.id != *id && trial.are_alike(place, entry)? {
+                alike.push(entry.id);
+            }
+        }
+        Ok(alike)
+    };
+    trial.effects.iter().enumerate().map(of).collect()
 }

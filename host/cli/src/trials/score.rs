@@ -76,17 +76,18 @@ pub struct Case {
     seconds: f64,
     diagnosis: Option<Diagnosis>,
     refused: Option<String>,
-    /// What these experiments cannot tell from each effect.
+    /// What was named though these experiments cannot tell it from the truth, by effect.
     alike: Vec<Vec<&'static str>>,
 }
 
 impl Case {
-    /// Judges a diagnosis; `trial` is none where none could be drawn.
+    /// Judges a diagnosis; `trial` is none where none could be drawn, `alike` what cannot be told from each effect.
     pub fn new(
         seed: u64,
         truth: &[&str],
         trial: Option<&Trial>,
         diagnosis: Option<Result<Diagnosis, InputError>>,
+        alike: Vec<Vec<&'static str>>,
         seconds: f64,
         expected: Expected,
     ) -> Self {
@@ -94,9 +95,8 @@ impl Case {
             None => Outcome::NotShowable,
             Some(Err(_)) => Outcome::Refused,
             Some(Ok(said)) => {
-                let alike = trial.map_or(&[][..], |trial| &trial.alike);
                 let verdict = &said.verdict;
-                judge(expected, truth, alike, verdict.kind, &verdict.effects)
+                judge(expected, truth, &alike, verdict.kind, &verdict.effects)
             }
         };
         let (diagnosis, refused) = match diagnosis.transpose() {
@@ -126,7 +126,7 @@ impl Case {
             seconds,
             diagnosis,
             refused,
-            alike: trial.map_or(Vec::new(), |trial| trial.alike.clone()),
+            alike,
         }
     }
 

@@ -58,8 +58,35 @@ pub struct Trial {
     pub floor_nm: f64,
     /// What it leaves over beyond the floor along those with the effects, N m rms.
     pub gap_nm: f64,
-    /// Of each effect the ids of those that these experiments cannot tell from it.
-    pub alike: Vec<Vec<&'static str>>,
+    /// The records, beside the true axis without each effect and with all.
+    told: Option<Told>,
+}
+
+/// What effects are told apart by.
+#[derive(Clone, Debug)]
+struct Told {
+    seen: Seen,
+    with: Believed,
+    without: Vec<Believed>,
+}
+
+impl Trial {
+    /// Whether these experiments can tell an effect from the one at a place among those that are there: what does not depend on
+    /// any diagnosis.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub fn are_alike(&self, place: usize, other: &'static Entry) -> Result<bool, InputError> {
+        let Some(Told {
+            seen,
+            with,
+            without,
+        }) = &self.told
+        else {
+            return Ok(false);
+        };
+        alike::alike(self.effects[place], other, &without[place], with, seen)
+    }
 }
 
 /// Axes and sets of experiments that are tried before an effect counts as one that cannot be shown.
@@ -107,7 +134,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         let floor_nm = rms(&clean.left_over_nm);
         let mut truth = plant.axis.clone();
         let mut gap_nm = 0.0;
-        let mut alike = Vec::new();
+        let mut told = None;
         let mut met = true;
         for entry in &entries {
             let scale = scale(&clean.believed, &clean.records);
@@ -127,13 +154,16 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             };
             logs = with;
             gap_nm = beyond(rms(&seen.left_over_nm), floor_nm);
-            let with = Believed::new(&truth, &path)?;
-            for (place, entry) in entries.iter().enumerate() {
+            let without = |place: usize| {
                 let mut without = truth.clone();
                 without.effects.remove(place);
-                let without = Believed::new(&without, &path)?;
-                alike.push(alike::alike(entry.id, &without, &with, &seen)?);
-            }
+                Believed::new(&without, &path)
+            };
+            told = Some(Told {
+                with: Believed::new(&truth, &path)?,
+                without: (0..entries.len()).map(without).collect::<Result<_, _>>()?,
+                seen,
+            });
         }
         let axis = plant.believed(&mut dice, wanted.parameter_error);
         return Ok(Some(Trial {
@@ -145,7 +175,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             experiments: tasks.iter().map(|task| task.name).collect(),
             floor_nm,
             gap_nm,
-            alike,
+            told,
         }));
     }
     Ok(None)
@@ -153,7 +183,8 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
 
 fn needs(dice: &mut Dice, effects: &[&str]) -> Needs {
     Needs {
-        rigid: effects.contains(&"friction.presliding")
+        rigid: std::env::var("RIGID").is_ok()
+            || effects.contains(&"friction.presliding")
             || (effects.contains(&"friction.nonlocal") && dice.chance(0.5)),
         flat: effects.contains(&"friction.stribeck"),
         rotary: effects.contains(&"mechanics.unbalance"),
@@ -169,6 +200,7 @@ struct Attempt<'a> {
 }
 
 /// What the axis without effects makes of records.
+#[derive(Clone, Debug)]
 struct Seen {
     believed: Believed,
     records: Vec<Record>,
