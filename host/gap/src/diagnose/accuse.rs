@@ -5,6 +5,7 @@ use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::{Node, Regime};
 use super::tried::Search;
+use bristle_plant::effect::Entry;
 use nalgebra::DVector;
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
@@ -28,7 +29,8 @@ pub(super) const OF_MOMENTS: f64 = 0.75;
 /// and 1.35, but for some; of 330 other cases four pass.
 const SECOND: [(f64, f64, f64); 2] = [(60.0, 0.26, 1.3), (10.0, 0.4, 1.4)];
 /// The first two of these where a single effect leaves much in sliding; or where it leaves much, and both leave nothing: then the
-/// second one need not explain anything alone.
+/// second one need not explain anything alone, or if it does, need not take squares, by the weights of which what the first one
+/// leaves is noise.
 const SECOND_WHERE_MUCH_IS_LEFT: (f64, f64) = (60.0, 0.2);
 /// Times of what is open below which a second effect is looked for only among what does well alone: a search of all costs as much
 /// as the first one.
@@ -62,6 +64,8 @@ pub(super) const TAKES_ALL_BUT: f64 = 0.05;
 /// a spring does for a cable's hysteresis. Opened cases that were named rightly were at 2.1 at most or explained more, but for
 /// one; of eleven with an effect that no list has ten were at 2.4 and more.
 pub(super) const STANDS_FOR: (f64, f64) = (2.2, 0.75);
+/// A null is one draw of what varies by as much as it is: of clean axes two gained 1.3 and 1.8 times their null.
+pub(super) const NULLS_VARY: f64 = 2.0;
 /// Nats that an effect must gain beyond its null, and part of the weighted squares that it must take away, to be accused of
 /// what lies below what is open. Opened cases without an effect were at 49 nats at most where they took away the tenth.
 const BELOW_OPEN: (f64, f64) = (70.0, 0.1);
@@ -71,6 +75,11 @@ const TIES_BELOW_OPEN: f64 = 8.0;
 /// the same errors of the motion. Opened cases whose effect was there were at 0.10 at most, others at 0.44 and more.
 const LIKE_A_SPRING: f64 = 0.25;
 
+/// Nats that bristles must gain where friction is static. Of fourteen static axes with nothing missing they gained 88 at most, where they
+/// were missing 590 and more.
+const BRISTLES_GAIN: f64 = 200.0;
+/// Effects that bring bristles.
+const BRISTLES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
 /// Friction that grows with acceleration, too. Below what is open it was there in one opened case of four that it explained best.
 const GROWS_WITH_LOAD: &str = "friction.load";
 
@@ -105,10 +114,12 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     let asked = |(least_nats, least, most): (f64, f64, f64)| {
         nats > least_nats && takes > least && overlap < most
     };
+    let (least_nats, least) = SECOND_WHERE_MUCH_IS_LEFT;
+    let apart = overlap < SECOND[0].2;
     let worth = SECOND.into_iter().any(asked)
-        || nats > SECOND_WHERE_MUCH_IS_LEFT.0
-            && takes > SECOND_WHERE_MUCH_IS_LEFT.1
-            && (overlap < SECOND[0].2 && slides_off || parts.is_none() && nothing_left);
+        || nats > least_nats
+            && (apart && slides_off && takes > least
+                || nothing_left && (apart || parts.is_none() && takes > least));
     Some(if worth { pair } else { single })
 }
 
@@ -170,8 +181,8 @@ pub(super) fn explained(before: f64, after: f64) -> f64 {
 }
 
 /// What effects gain where a rest below what is open counts, too, in nats, best first: where little is left above it, and of those
-/// whose null would tell. What grows with acceleration follows errors of the motion that a null does not have: a load behind a
-/// spring, what changes the same as such a load, and friction that grows with load.
+/// whose null would tell. Where friction is static, half of it is open while the axis hardly moves: what effects that bring bristles
+/// take there, squares weighted by that hardly show, nor that it is no spring.
 pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
     let (noise, nodes) = (&search.noise, &search.nodes);
     if noise.times_open(nodes, &search.base.held_out) > UNKNOWN {
@@ -179,27 +190,43 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
     }
     let base = search.base.score_of_all(noise, nodes);
     let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
-    let sprung: Vec<&Hypothesis> = search
-        .single
-        .iter()
-        .filter(|h| springs(h.added[0]))
-        .collect();
     let tells = |h: &&Hypothesis| {
         !of_noise(h)
             && h.is_credible(&search.base)
-            && !springs(h.added[0])
-            && h.added[0].id != GROWS_WITH_LOAD
-            && sprung.iter().all(|s| alike(search, h, s) < LIKE_A_SPRING)
+            && (brings_bristles(search, h) || !follows_acceleration(search, h))
     };
     let mut found: Vec<(&Hypothesis, f64)> = search
         .single
         .iter()
         .filter(tells)
         .map(|h| (h, h.score_of_all(noise, nodes) - base))
-        .filter(|(h, nats)| *nats > BELOW_OPEN.0 && search.weighted_squares(h) < most)
+        .filter(|(h, nats)| {
+            if brings_bristles(search, h) {
+                *nats > BRISTLES_GAIN
+            } else {
+                *nats > BELOW_OPEN.0 && search.weighted_squares(h) < most
+            }
+        })
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     found
+}
+
+/// Whether what a hypothesis changes may be errors of the motion, which a null does not have: a load behind a spring, what changes the
+/// same as such a load, and friction that grows with load.
+pub(super) fn follows_acceleration(search: &Search, hypothesis: &Hypothesis) -> bool {
+    let grows = |entry: &&Entry| springs(entry) || entry.id == GROWS_WITH_LOAD;
+    let sprung = search.single.iter().filter(|h| springs(h.added[0]));
+    hypothesis.added.iter().any(grows)
+        || sprung
+            .into_iter()
+            .any(|s| alike(search, hypothesis, s) >= LIKE_A_SPRING)
+}
+
+/// Whether a hypothesis brings bristles to friction that is static.
+pub(super) fn brings_bristles(search: &Search, hypothesis: &Hypothesis) -> bool {
+    let brings = |entry: &&Entry| BRISTLES.contains(&entry.id);
+    !search.base.model.believed.model.has_bristles() && hypothesis.added.iter().all(brings)
 }
 
 /// Cosine between what two hypotheses change of what the simulator leaves over, as a fit weighs it.
@@ -217,7 +244,7 @@ fn alike(search: &Search, one: &Hypothesis, other: &Hypothesis) -> f64 {
 pub(super) fn below_open(search: &Search) -> Vec<&Hypothesis> {
     let beyond_null = |(h, nats): (_, f64)| {
         let h: &Hypothesis = h;
-        let nats = nats - search.null(h.added[0].id)?.nats_of_all.max(0.0);
+        let nats = nats - NULLS_VARY * search.null(h.added[0].id)?.nats_of_all.max(0.0);
         (nats > BELOW_OPEN.0).then_some((h, nats))
     };
     let mut found: Vec<(&Hypothesis, f64)> = gain_below_open(search)

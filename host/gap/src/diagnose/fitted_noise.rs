@@ -34,10 +34,21 @@ pub(super) fn noise_of(
     )
 }
 
-/// What the method leaves over of a model's own records; nothing where it cannot be simulated.
+/// What the method leaves over of a model's own records without noise; nothing where it cannot be simulated.
 pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
+    own_with_noise(0.0, model, at, records, scale)
+}
+
+/// The same with so many times the noise of the effort.
+pub(super) fn own_with_noise(
+    times: f64,
+    model: &Model,
+    at: &[f64],
+    records: &[Record],
+    scale: &Scale,
+) -> Own {
     let axis = axis_at(&model.at(at));
-    twins(&axis, records, 0.0, 0)
+    twins(&axis, records, times, 0)
         .and_then(|twins| {
             let left_over = model.left_over(&twins, at)?;
             Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))

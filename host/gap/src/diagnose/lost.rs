@@ -14,7 +14,7 @@ use crate::inverse::{Added, Record};
 use crate::log::{Log, PositionKind};
 use crate::signal::extent;
 use bristle_plant::Unit;
-use bristle_plant::effect::{Entry, Kind};
+use bristle_plant::effect::{ALL, Entry, Kind};
 use std::f64::consts::{PI, TAU};
 
 /// Its id.
@@ -74,9 +74,9 @@ impl Steps {
         self.as_recorded.push(None);
     }
 
-    /// What was lost, if the catalogue may say so; none where nothing was, or a counter wraps.
-    pub(super) fn lost(self, unit: Unit, catalogue: &[&'static Entry]) -> Option<Lost> {
-        let entry = catalogue.iter().copied().find(|entry| entry.id == ID)?;
+    /// What was lost; none where nothing was, or a counter wraps.
+    pub(super) fn lost(self, unit: Unit) -> Option<Lost> {
+        let entry = ALL.iter().find(|entry| entry.id == ID)?;
         let whole_rad = match unit {
             Unit::Rotary => TAU,
             Unit::Linear => self.travel_rad,
@@ -120,11 +120,19 @@ pub(super) struct Lost {
 }
 
 impl Lost {
-    /// Sets the effect beside all that was tried on positions without the steps.
+    /// Sets the effect beside all that was tried on positions without the steps, where `catalogue` has it.
     ///
     /// # Errors
     /// The friction model refuses the parameters of the axis file.
-    pub(super) fn accuse(&self, search: &mut Search) -> Result<(), InputError> {
+    pub(super) fn accuse(
+        &self,
+        search: &mut Search,
+        catalogue: &[&'static Entry],
+    ) -> Result<(), InputError> {
+        if catalogue.iter().all(|entry| entry.id != ID) {
+            search.unlisted_nats = search.unlisted_nats.max(self.nats);
+            return Ok(());
+        }
         let records: Vec<Record> = self
             .as_recorded
             .iter()

@@ -105,7 +105,7 @@ pub fn diagnose(
     }
     let mut search = search(sound.records, believed, &catalogue, progress)?;
     if let Some(lost) = &sound.lost {
-        lost.accuse(&mut search)?;
+        lost.accuse(&mut search, &options.catalogue)?;
     }
     let (mut diagnosis, verdict) = result::conclude(&search, believed)?;
     if !sound.moves {

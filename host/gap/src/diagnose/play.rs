@@ -89,19 +89,25 @@ fn starts(
     let inertia = point.believed().whole_inertia_kg_m2() * share * (1.0 - share);
     let resonance_hz = (inertia * compliance).sqrt().recip() / TAU;
     let [smallest, _] = (play.parameters[0].range)(background.scale);
-    let about = |gap: f64| {
-        STIFFER.map(|times| Start {
-            values: vec![
-                gap * smallest,
-                share,
-                times * resonance_hz,
-                damping_ratio,
-                on_motor,
-            ],
-            phases: Vec::new(),
-            gain: 0.0,
-            guessed: false,
-        })
-    };
-    GAPS.into_iter().flat_map(about).collect()
+    // A coupling without a play says little of where friction acts.
+    let mut starts = Vec::new();
+    for gap in GAPS {
+        for times in STIFFER {
+            for on_motor in [on_motor, 1.0 - on_motor] {
+                starts.push(Start {
+                    values: vec![
+                        gap * smallest,
+                        share,
+                        times * resonance_hz,
+                        damping_ratio,
+                        on_motor,
+                    ],
+                    phases: Vec::new(),
+                    gain: 0.0,
+                    guessed: false,
+                });
+            }
+        }
+    }
+    starts
 }

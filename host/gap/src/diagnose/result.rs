@@ -170,6 +170,10 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         .first()
         .map_or_else(Closed::default, |&i| closed(search, &verdict.ranked[i].0));
     let says_effect = !named.is_empty();
+    let notes = search.is_unlisted().then(|| {
+        "positions show noise or lost counts of a sensor effect that was left out of the candidates"
+            .to_string()
+    });
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         located: Where {
@@ -206,7 +210,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
             })
             .collect(),
         reproduced: Vec::new(),
-        notes: Vec::new(),
+        notes: notes.into_iter().collect(),
         candidates,
     };
     Ok((diagnosis, verdict))

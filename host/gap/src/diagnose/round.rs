@@ -35,8 +35,22 @@ pub(super) struct Round {
     pub(super) tried: Vec<Tried>,
 }
 
+/// What a round comes to.
+pub(super) struct Compared {
+    /// The noise that densities are compared with.
+    pub(super) noise: Noise,
+    /// The simulator alone.
+    pub(super) base: Hypothesis,
+    /// With one effect, best first.
+    pub(super) single: Vec<Hypothesis>,
+    /// With two, best first.
+    pub(super) several: Vec<Hypothesis>,
+    /// Nats that speak for noise of the sensor that no effect of the list makes.
+    pub(super) unlisted_nats: f64,
+}
+
 impl Round {
-    /// The noise that densities are compared with, and the hypotheses: the simulator alone, with one effect and with two, best first.
+    /// Compares hypotheses.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
@@ -45,7 +59,7 @@ impl Round {
         ground: &Ground<'_>,
         catalogue: &[&'static Entry],
         progress: &dyn Fn(f64),
-    ) -> Result<(Noise, Hypothesis, Vec<Hypothesis>, Vec<Hypothesis>), InputError> {
+    ) -> Result<Compared, InputError> {
         let &Ground {
             records,
             nodes,
@@ -65,9 +79,14 @@ impl Round {
             .iter()
             .map(|one| judge.hypothesis(vec![one.entry], one.model.clone(), one.fit.clone()))
             .collect();
-        single.extend(signature::hypotheses(
-            &base, records, nodes, &noise, catalogue, scale,
-        ));
+        let listed = |h: &Hypothesis| catalogue.iter().any(|entry| entry.id == h.added[0].id);
+        let (listed, unlisted): (Vec<_>, Vec<_>) =
+            signature::hypotheses(&base, records, nodes, &noise, scale)
+                .into_iter()
+                .partition(listed);
+        let unlisted = unlisted.iter().map(|h| h.score - base.score);
+        let unlisted_nats = unlisted.fold(0.0, f64::max);
+        single.extend(listed);
         sort(&mut single);
         let pairs = Pairs {
             judge: &judge,
@@ -77,7 +96,13 @@ impl Round {
         };
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
         let several = pairs.search(&fitted, progress)?;
-        Ok((noise, base, single, several))
+        Ok(Compared {
+            noise,
+            base,
+            single,
+            several,
+            unlisted_nats,
+        })
     }
 }
 

@@ -7,7 +7,7 @@ use super::look_again::look_again;
 use super::null::nulls;
 use super::own::Own;
 use super::regime::nodes;
-use super::round::{MOST_ROUNDS, Round, WORTH_A_ROUND, noise_of_best};
+use super::round::{Compared, MOST_ROUNDS, Round, WORTH_A_ROUND, noise_of_best};
 use super::screen::gain;
 use super::single::Ground;
 use super::tried::Search;
@@ -90,7 +90,13 @@ pub fn search(
         .map(|(entry, starts)| (entry, gain(&starts)))
         .collect();
     let judged = |round: &Round, from: f64, to: f64| {
-        let (noise, base, single, several) = round.compare(&ground, &catalogue, &|share| {
+        let Compared {
+            noise,
+            base,
+            single,
+            several,
+            unlisted_nats,
+        } = round.compare(&ground, &catalogue, &|share| {
             progress(from + (to - from) * share)
         })?;
         let mut search = Search {
@@ -108,6 +114,7 @@ pub fn search(
             several,
             nulls: Vec::new(),
             shown: None,
+            unlisted_nats,
         };
         // A simulator that diverges has no null.
         search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();

@@ -8,25 +8,24 @@ use super::likelihood::Noise;
 use super::regime::{Node, Regime};
 use crate::inverse::{Added, Record};
 use crate::sensor::Shown;
-use bristle_plant::effect::Entry;
-use bristle_plant::effect::{Kind, Scale};
+use bristle_plant::effect::{ALL, Entry, Kind, Scale};
 
 /// A grid this much coarser than a count is no rounding of the file.
-const COARSER: f64 = 1.5;
+const COARSER: f64 = 1.2;
 /// Every record must have room for this part of a jitter at its fastest motion.
 const ALIKE: f64 = 0.5;
 
-/// The hypotheses that the positions themselves suggest.
+/// The hypotheses that the positions themselves suggest, whatever may be accused.
 pub fn hypotheses(
     base: &Hypothesis,
     records: &[Record],
     nodes: &[Node],
     noise: &Noise,
-    catalogue: &[&'static Entry],
     scale: &Scale,
 ) -> Vec<Hypothesis> {
     let (inertia_kg_m2, believed) = (scale.inertia_kg_m2, scale.rad_per_count);
-    let entry = |id: &str| catalogue.iter().copied().find(|entry| entry.id == id);
+    let known = |id: &str| base.model.effects.iter().any(|added| added.entry.id == id);
+    let entry = |id: &str| ALL.iter().find(|entry| entry.id == id && !known(id));
     let mut found = Vec::new();
     let mut coarser = false;
     if let Some(entry) = entry("sensor.quantization") {

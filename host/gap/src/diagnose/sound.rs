@@ -113,7 +113,7 @@ pub(super) fn sound(
         records,
         notes,
         moves,
-        lost: steps.lost(believed.unit, catalogue),
+        lost: steps.lost(believed.unit),
     })
 }
 

@@ -1,5 +1,6 @@
 //! All that a search tried: what a verdict and every page of a report are drawn from.
 
+use super::accuse::ACCUSES;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::own::Own;
@@ -36,6 +37,8 @@ pub struct Search {
     pub nulls: Vec<Null>,
     /// The effect that positions showed by themselves: whatever else is named, it is.
     pub shown: Option<&'static str>,
+    /// Nats that speak in the positions for an effect of the sensor that may not be accused.
+    pub unlisted_nats: f64,
     /// Every effect and the fall of squares that screening expects of it.
     pub screened: Vec<(&'static Entry, f64)>,
 }
@@ -50,6 +53,11 @@ impl Search {
     pub(super) fn weighted_squares(&self, hypothesis: &Hypothesis) -> f64 {
         let rest = hypothesis.held_out.iter().zip(&self.weights);
         rest.map(|(r, w)| (r * w).powi(2)).sum()
+    }
+
+    /// Whether positions show an effect of the sensor that may not be accused.
+    pub(super) fn is_unlisted(&self) -> bool {
+        self.unlisted_nats > ACCUSES
     }
 
     /// What an effect gains where it is not, if that was asked.

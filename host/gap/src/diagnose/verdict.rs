@@ -7,13 +7,14 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
-    TIES_BUT_FOR_PRIORS, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, below_open, choose,
-    contribution, explained,
+    ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
+    below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
+use super::fitted_noise::own_with_noise;
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
-use super::play::springs;
+use super::likelihood::Noise;
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::{Own, Owner};
@@ -64,8 +65,6 @@ pub struct Verdict {
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
-/// A null is one draw of what varies by as much as it is: of clean axes two gained 1.3 and 1.8 times their null.
-const NULLS_VARY: f64 = 2.0;
 /// Evidence is divided by this: nodes are less independent than their correlation says, and models are not exact.
 const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
@@ -145,35 +144,49 @@ pub fn verdict(search: &Search) -> Verdict {
         let explains = (matters(base_times, left_times) || of_moments) && explained > SHARE;
         let evident = h.log_evidence() - base.log_evidence() - nats > BY_EVIDENCE.0
             && left_squares < (1.0 - BY_EVIDENCE.1) * base_squares
-            && !h.added.iter().any(|entry| springs(entry));
+            && !follows_acceleration(search, h);
         gain - nats > ACCUSES && (of_noise(h) || shown || spares(h) || explains || evident)
     });
     // What is not accused explains nothing.
-    let (unexplained, unexplained_times) = if accused {
-        (best, left_times)
-    } else {
-        (base, base_times)
+    let unexplained = if accused { best } else { base };
+    let rest = &unexplained.held_out;
+    let times_by = |noise: &Noise| {
+        let sliding = &[Regime::Sliding];
+        [
+            noise.times_open(&search.nodes, rest),
+            noise.rms_times_open(&search.nodes, rest, sliding),
+            noise.times_open_in(&search.nodes, rest, sliding),
+        ]
     };
-    let sliding_times = rms_times(&unexplained.held_out, &[Regime::Sliding]);
-    let (noise, rest) = (&search.noise, &unexplained.held_out);
-    let sliding_usually = noise.times_open_in(&search.nodes, rest, &[Regime::Sliding]);
-    let noise_alone = unexplained_times < EVENLY.1 && noise.is_even(&search.nodes, rest, EVENLY.0);
-    let much = (unexplained_times > UNKNOWN
-        || sliding_times > UNKNOWN_SLIDING
-        || sliding_usually > UNKNOWN_SLIDING_USUALLY)
-        && !noise_alone;
+    let is_much = |times: [f64; 3]| {
+        let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
+        times.iter().zip(most).any(|(times, most)| *times > most)
+    };
+    let left = times_by(&search.noise);
+    let noise_alone = left[0] < EVENLY.1 && search.noise.is_even(&search.nodes, rest, EVENLY.0);
+    // What a model leaves over of its own records is no gap, though another one leaves less.
+    let much = is_much(left) && !noise_alone && {
+        let (model, at) = (&unexplained.model, &unexplained.fit.at);
+        let own = own_with_noise(1.0, model, at, &search.records, &search.scale);
+        is_much(times_by(&search.noise.clone().at_least(&own)))
+    };
     let takes_all = left_squares < TAKES_ALL_BUT * base_squares;
     let stands_for = accused
         && !of_noise(best)
         && !takes_all
-        && sliding_times > STANDS_FOR.0
+        && left[1] > STANDS_FOR.0
         && explained < STANDS_FOR.1;
-    let left_unknown = (stands_for || much && explained <= SHARE) && !shown;
-    let small = if accused || much {
+    let left_unknown = (stands_for || search.is_unlisted() || much && explained <= SHARE) && !shown;
+    let bristles = |h: &Hypothesis| brings_bristles(search, h);
+    let mut small = if accused && !bristles(best) || much {
         Vec::new()
     } else {
         below_open(search)
     };
+    // Which bristles is told by what the axis does while it hardly moves.
+    if accused && small.first().is_some_and(|h| !bristles(h)) {
+        small.clear();
+    }
     let best = small.first().copied().unwrap_or(best);
     let after = search.noise.rms(&search.nodes, &best.held_out).1;
 
@@ -203,23 +216,25 @@ pub fn verdict(search: &Search) -> Verdict {
         };
         // What positions show by themselves ties with nothing.
         let by_itself = shown || of_noise(best);
+        let tied =
+            |h: &Hypothesis| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h);
+        // All of them explain what is above what is open: what lies below it may tell them apart.
+        let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes) + h.log_occam;
+        let most = ranked.iter().filter(|h| tied(h)).map(of_all);
+        let least = most.fold(f64::NEG_INFINITY, f64::max) - ACCUSES;
         let tied: Vec<usize> = ranked
             .iter()
             .enumerate()
-            .filter(|(_, h)| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h))
+            .filter(|(_, h)| tied(h) && of_all(h) >= least)
             .map(|(i, _)| i)
             .collect();
         (one_of(tied.len()), tied)
     };
     let probability = match kind {
-        Kind::Unknown => logistic(
-            UNKNOWN_IS.0
-                + UNKNOWN_IS.1
-                    * unexplained_times
-                        .max(sliding_times)
-                        .max(sliding_usually)
-                        .ln(),
-        ),
+        Kind::Unknown if search.is_unlisted() => NOISE_IS,
+        Kind::Unknown => {
+            logistic(UNKNOWN_IS.0 + UNKNOWN_IS.1 * left.into_iter().fold(1.0, f64::max).ln())
+        }
         Kind::None => NONE_IS,
         Kind::Parameters => PARAMETERS_ARE,
         Kind::Effects => EFFECTS_ARE,
