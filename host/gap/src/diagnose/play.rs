@@ -11,9 +11,15 @@ use std::f64::consts::TAU;
 const COUPLING: &str = "mechanics.compliance";
 const PLAY: &str = "mechanics.backlash";
 /// Plays that are tried, in times of the smallest usual one: from hardly one at all.
-const GAPS: [f64; 4] = [0.4, 1.0, 3.0, 10.0];
+const GAPS: [f64; 6] = [0.4, 1.0, 2.5, 5.0, 8.0, 14.0];
+/// So many of them are fitted.
+const FITTED: usize = 3;
 /// Resonances, in times of the coupling's: a play makes it seem softer than it is.
 const STIFFER: [f64; 4] = [1.0, 1.2, 1.5, 2.0];
+/// Damping ratios, in times of the coupling's: a play makes it seem damped.
+const DAMPED: [f64; 2] = [1.0, 0.4];
+/// Steps of a parameter, as parts of itself.
+const STEPS: [f64; 8] = [0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.1, 0.05];
 /// Fall of the sum of squares that the play must bring beside the coupling, and the part of the fall by the coupling: less
 /// is what a coupling without a play leaves over by the method's own error.
 const BRINGS: (f64, f64) = (16.0, 0.1);
@@ -45,9 +51,8 @@ pub(super) fn try_about_coupling(
     let found_before = of(PLAY).map_or(f64::INFINITY, |(_, _, fit)| fit.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
     let own = &coupled.at[..background.model.free.len()];
-    let best = starts(background, play, with, coupled)
-        .into_par_iter()
-        .map(|start| {
+    let begun = |starts: Vec<Start>| {
+        let tried = starts.into_iter().map(|start| {
             let mut model = background.with(play, &start);
             // Both are read alike.
             model.scales_effort = with.scales_effort;
@@ -55,16 +60,48 @@ pub(super) fn try_about_coupling(
             at.extend(model.start().into_iter().skip(at.len()));
             let left_over = model.left_over(background.records, &at)?;
             Ok((background.weighted(&left_over).norm_squared(), model, at))
-        })
+        });
+        let tried = tried.collect::<Result<Vec<_>, InputError>>()?;
+        Ok(tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)))
+    };
+    let mut begun: Vec<_> = starts(background, play, with, coupled)
+        .into_par_iter()
+        .map(begun)
         .collect::<Result<Vec<_>, InputError>>()?
         .into_iter()
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, model, at)) = best else {
+        .flatten()
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    begun.truncate(FITTED);
+    // With flanks that meet at other moments no fit goes from one play to another.
+    let known = &background.fit.jacobian;
+    let fitted = |model: &Model, at: Vec<f64>| {
+        fit_near(model, background.records, background.weights, at, known)
+    };
+    let best = begun
+        .into_par_iter()
+        .map(|(_, model, at)| Ok((fitted(&model, at)?, model)))
+        .collect::<Result<Vec<(Fit, Model)>, InputError>>()?
+        .into_iter()
+        // Another one only where it does clearly better than the one that promised most.
+        .reduce(|best, other| {
+            if other.0.cost < best.0.cost - BRINGS.0 {
+                other
+            } else {
+                best
+            }
+        });
+    let Some((fit, model)) = best else {
         return Ok(());
     };
-    let known = &background.fit.jacobian;
-    let fit = fit_near(&model, background.records, background.weights, at, known)?;
     if fit.cost < found_before.min(enough) {
+        let near = descended(background, &model, fit.at.clone())?;
+        let again = fitted(&model, near)?;
+        let fit = if again.cost < fit.cost - BRINGS.0 {
+            again
+        } else {
+            fit
+        };
         let play = *play;
         found.retain(|(entry, ..)| entry.id != PLAY);
         found.push((play, model, fit));
@@ -72,13 +109,46 @@ pub(super) fn try_about_coupling(
     Ok(())
 }
 
-/// Plays about a coupling, by [values of the two effects](bristle_plant::effect::ALL).
+/// From `at` downhill by one parameter of the play after the other: its flanks meet at moments that a slope does not know of.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn descended(
+    background: &Background<'_>,
+    model: &Model,
+    mut at: Vec<f64>,
+) -> Result<Vec<f64>, InputError> {
+    let cost = |at: &Vec<f64>| {
+        let left_over = model.left_over(background.records, at)?;
+        Ok::<f64, InputError>(background.weighted(&left_over).norm_squared())
+    };
+    let mut least = cost(&at)?;
+    for step in STEPS {
+        for i in background.model.free.len()..at.len() {
+            let free = &model.free[i];
+            let [low, high] = free.range.map(|end| free.coordinate(end));
+            let tried = [-step, step].into_par_iter().map(|step| {
+                let mut at = at.clone();
+                at[i] = (at[i] + step).clamp(low, high);
+                Ok((cost(&at)?, at))
+            });
+            for (cost, there) in tried.collect::<Result<Vec<_>, InputError>>()? {
+                if cost < least {
+                    (least, at) = (cost, there);
+                }
+            }
+        }
+    }
+    Ok(at)
+}
+
+/// Plays about a coupling, by [values of the two effects](bristle_plant::effect::ALL): those of each gap.
 fn starts(
     background: &Background<'_>,
     play: &'static Entry,
     with: &Model,
     coupled: &Fit,
-) -> Vec<Start> {
+) -> Vec<Vec<Start>> {
     let point = with.at(&coupled.at);
     let Some(coupling) = point.effects().last() else {
         return Vec::new();
@@ -89,25 +159,23 @@ fn starts(
     let inertia = point.believed().whole_inertia_kg_m2() * share * (1.0 - share);
     let resonance_hz = (inertia * compliance).sqrt().recip() / TAU;
     let [smallest, _] = (play.parameters[0].range)(background.scale);
-    // A coupling without a play says little of where friction acts.
-    let mut starts = Vec::new();
-    for gap in GAPS {
-        for times in STIFFER {
-            for on_motor in [on_motor, 1.0 - on_motor] {
-                starts.push(Start {
-                    values: vec![
-                        gap * smallest,
-                        share,
-                        times * resonance_hz,
-                        damping_ratio,
-                        on_motor,
-                    ],
-                    phases: Vec::new(),
-                    gain: 0.0,
-                    guessed: false,
-                });
-            }
-        }
-    }
-    starts
+    let about = |gap: f64| {
+        let of = |(stiffer, damped): (f64, f64)| Start {
+            values: vec![
+                gap * smallest,
+                share,
+                stiffer * resonance_hz,
+                damped * damping_ratio,
+                on_motor,
+            ],
+            phases: Vec::new(),
+            gain: 0.0,
+            guessed: false,
+        };
+        let couplings = STIFFER
+            .into_iter()
+            .flat_map(|stiffer| DAMPED.map(|damped| (stiffer, damped)));
+        couplings.map(of).collect()
+    };
+    GAPS.into_iter().map(about).collect()
 }
