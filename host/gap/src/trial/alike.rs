@@ -1,4 +1,4 @@
-//! Whether a set of experiments can tell an effect from the one that is there, known beforehand: the other one is fitted to the
+//! Whether a set of experiments cannot tell an effect from the one that is there, known beforehand: the other one is fitted to the
 //! records with the axis's own parameters, from the truth and with the true floor as noise. What it leaves over beyond the truth
 //! is what tells them apart.
 

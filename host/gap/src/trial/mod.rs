@@ -71,7 +71,7 @@ struct Told {
 }
 
 impl Trial {
-    /// Whether these experiments can tell an effect from the one at a place among those that are there: what does not depend on
+    /// Whether these experiments cannot tell an effect from the one at a place among those that are there: what does not depend on
     /// any diagnosis.
     ///
     /// # Errors
@@ -183,8 +183,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
 
 fn needs(dice: &mut Dice, effects: &[&str]) -> Needs {
     Needs {
-        rigid: std::env::var("RIGID").is_ok()
-            || effects.contains(&"friction.presliding")
+        rigid: effects.contains(&"friction.presliding")
             || (effects.contains(&"friction.nonlocal") && dice.chance(0.5)),
         flat: effects.contains(&"friction.stribeck"),
         rotary: effects.contains(&"mechanics.unbalance"),
