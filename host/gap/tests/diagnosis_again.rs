@@ -1,18 +1,12 @@
 //! Weights that a wrong fit leaves hold a regime as noise in which it failed: what explains that regime must be found all the same.
 
-use bristle_gap::Believed;
-use bristle_gap::diagnose::{Kind, Options, catalogue, diagnose};
-use bristle_gap::trial::{self, Wanted};
+mod trials;
+
+use bristle_gap::diagnose::Kind;
+use trials::{drawn, verdict_on};
 
 /// Verdict on the trial of an offset of a seed, with an offset and what stands for it in the catalogue.
 fn verdict(seed: u64) -> (Kind, Vec<String>) {
-    let wanted = Wanted {
-        effects: vec!["mechanics.offset"],
-        share: 4.0,
-        parameter_error: 0.1,
-    };
-    let trial = trial::draw(seed, &wanted).unwrap().unwrap();
-    let believed = Believed::new(&trial.axis, &trial.path).unwrap();
     let accused = [
         "actuator.deadzone",
         "actuator.saturation",
@@ -21,15 +15,7 @@ fn verdict(seed: u64) -> (Kind, Vec<String>) {
         "mechanics.offset",
         "mechanics.spring",
     ];
-    let options = Options {
-        catalogue: catalogue()
-            .into_iter()
-            .filter(|entry| accused.contains(&entry.id))
-            .collect(),
-    };
-    let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ()).unwrap();
-    let said = outcome.diagnosis.verdict;
-    (said.kind, said.effects)
+    verdict_on(&drawn(seed, &["mechanics.offset"]), &accused)
 }
 
 #[test]

@@ -1,27 +1,14 @@
 //! What no effect of the list explains is unknown, and what the simulator leaves over of its own records is not.
 
-use bristle_gap::Believed;
-use bristle_gap::diagnose::{Kind, Options, catalogue, diagnose};
-use bristle_gap::trial::{self, Wanted};
+mod trials;
+
+use bristle_gap::diagnose::Kind;
+use trials::{drawn, verdict_on};
 
 /// Verdict on the trial of a seed that has these effects, with a few others in the catalogue.
 fn verdict(seed: u64, effects: &[&'static str]) -> Kind {
-    let wanted = Wanted {
-        effects: effects.to_vec(),
-        share: 4.0,
-        parameter_error: 0.1,
-    };
-    let trial = trial::draw(seed, &wanted).unwrap().unwrap();
-    let believed = Believed::new(&trial.axis, &trial.path).unwrap();
     let accused = ["actuator.deadzone", "friction.lag", "mechanics.offset"];
-    let options = Options {
-        catalogue: catalogue()
-            .into_iter()
-            .filter(|entry| accused.contains(&entry.id))
-            .collect(),
-    };
-    let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ()).unwrap();
-    outcome.diagnosis.verdict.kind
+    verdict_on(&drawn(seed, effects), &accused).0
 }
 
 #[test]

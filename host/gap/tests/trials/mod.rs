@@ -1,0 +1,29 @@
+//! Trials, and what is said of them, that tests of the diagnosis share.
+
+use bristle_gap::Believed;
+use bristle_gap::diagnose::{Kind, Options, catalogue, diagnose};
+use bristle_gap::trial::{self, Trial, Wanted};
+
+/// The trial of a seed that has these effects, each with a gap 4 times the floor.
+pub fn drawn(seed: u64, effects: &[&'static str]) -> Trial {
+    let wanted = Wanted {
+        effects: effects.to_vec(),
+        share: 4.0,
+        parameter_error: 0.1,
+    };
+    trial::draw(seed, &wanted).unwrap().unwrap()
+}
+
+/// The verdict on a trial of a diagnosis that may accuse these effects.
+pub fn verdict_on(trial: &Trial, accused: &[&str]) -> (Kind, Vec<String>) {
+    let believed = Believed::new(&trial.axis, &trial.path).unwrap();
+    let options = Options {
+        catalogue: catalogue()
+            .into_iter()
+            .filter(|entry| accused.contains(&entry.id))
+            .collect(),
+    };
+    let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ()).unwrap();
+    let said = outcome.diagnosis.verdict;
+    (said.kind, said.effects)
+}
