@@ -8,6 +8,7 @@ use bristle_gap::diagnose::{
 use bristle_gap::feed_forward::Table;
 use bristle_gap::report::Table as Words;
 use bristle_gap::{Believed, InputError, Log};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Say where the axis and its simulator part, which unmodelled effect causes it, and how far the gap shrinks with it.
@@ -62,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), InputError> {
     let setup = Setup::new(Some(&args.axis))?;
     let logs = args
         .logs
-        .iter()
+        .par_iter()
         .map(Log::read)
         .collect::<Result<Vec<_>, _>>()?;
     for log in &logs {

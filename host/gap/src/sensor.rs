@@ -72,6 +72,16 @@ impl Shown {
 /// Looks at positions sampled every `step_s` by an encoder of this count.
 pub fn shown(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     let grid_rad = grid_rad(position_rad, rad_per_count);
+    shown_on(grid_rad, position_rad, step_s, rad_per_count)
+}
+
+/// The same of positions whose grid is known.
+pub fn shown_on(
+    grid_rad: Option<f64>,
+    position_rad: &[f64],
+    step_s: f64,
+    rad_per_count: f64,
+) -> Shown {
     let coarse_rad = grid_rad.unwrap_or(0.0);
     let count_rad = rad_per_count.max(coarse_rad);
     let grid_nats = if coarse_rad > 0.0 {

@@ -7,12 +7,13 @@ use super::lost::{Lost, Steps, mended};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
-use crate::hygiene::{Code, Excluded, Finding, Hygiene, Severity, inspect};
+use crate::hygiene::{Code, Excluded, Finding, Hygiene, Jump, Severity, inspect};
 use crate::inverse::Record;
 use crate::log::Log;
 use crate::signal::extent;
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Part of the travel that counts as its end.
@@ -61,8 +62,7 @@ pub(super) fn sound(
     let stops = catalogue
         .iter()
         .any(|entry| entry.id == "mechanics.end_stop");
-    let (mut records, mut notes) = (Vec::new(), Vec::new());
-    let mut steps = Steps::default();
+    let mut notes = Vec::new();
     for (log, hygiene) in logs.iter().zip(&inspected) {
         for finding in &hygiene.findings {
             if finding.severity == Severity::Fatal && !spared(finding.code) {
@@ -75,45 +75,83 @@ pub(super) fn sound(
             };
             notes.push(format!("{}: {finding}{left_out}", log.file.display()));
         }
-        if !(moves && still(hygiene) || in_scale && off_scale(hygiene)) {
-            let position = log.position_rad(axis)?;
-            let at_a_stop = |excluded: &Excluded| {
-                stops
-                    && excluded.code == Code::StuckEncoder
-                    && at_an_end(&position, excluded.samples.start)
-            };
-            let left_out = |also: &dyn Fn(&Excluded) -> bool| -> Vec<Range<usize>> {
-                hygiene
-                    .excluded
-                    .iter()
-                    .filter(|excluded| !at_a_stop(excluded) && also(excluded))
-                    .map(|excluded| excluded.samples.clone())
-                    .collect()
-            };
-            let all = left_out(&|_| true);
-            let record = if hygiene.jumps.is_empty() {
-                steps.none();
-                Record::new(log, axis, believed, &all)?
-            } else {
-                let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
-                let record = Record::new(&mended, axis, believed, &all)?;
-                let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
-                let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
-                steps.add(
-                    &position,
-                    &hygiene.jumps,
-                    as_recorded.seen_through(record.kernel),
-                );
-                record
-            };
-            records.push(record);
+    }
+    let prepared = logs
+        .par_iter()
+        .zip(&inspected)
+        .filter(|(_, hygiene)| !(moves && still(hygiene) || in_scale && off_scale(hygiene)))
+        .map(|(log, hygiene)| prepared(log, hygiene, axis, believed, stops))
+        .collect::<Result<Vec<Prepared>, InputError>>()?;
+    let mut steps = Steps::default();
+    let mut records = Vec::new();
+    for one in prepared {
+        match one.jumped {
+            Some(jumped) => steps.add(&jumped.position_rad, jumped.jumps, jumped.as_recorded),
+            None => steps.none(),
         }
+        records.push(one.record);
     }
     Ok(Sound {
         records,
         notes,
         moves,
         lost: steps.lost(believed.unit),
+    })
+}
+
+/// A log, prepared.
+struct Prepared<'a> {
+    record: Record,
+    /// Where its encoder jumped: what was made of it.
+    jumped: Option<Jumped<'a>>,
+}
+
+struct Jumped<'a> {
+    position_rad: Cow<'a, [f64]>,
+    jumps: &'a [Jump],
+    /// With the jumps in it.
+    as_recorded: Record,
+}
+
+fn prepared<'a>(
+    log: &'a Log,
+    hygiene: &'a Hygiene,
+    axis: &AxisFile,
+    believed: &Believed,
+    stops: bool,
+) -> Result<Prepared<'a>, InputError> {
+    let position_rad = log.position_rad(axis)?;
+    let at_a_stop = |excluded: &Excluded| {
+        stops
+            && excluded.code == Code::StuckEncoder
+            && at_an_end(&position_rad, excluded.samples.start)
+    };
+    let left_out = |also: &dyn Fn(&Excluded) -> bool| -> Vec<Range<usize>> {
+        hygiene
+            .excluded
+            .iter()
+            .filter(|excluded| !at_a_stop(excluded) && also(excluded))
+            .map(|excluded| excluded.samples.clone())
+            .collect()
+    };
+    let all = left_out(&|_| true);
+    if hygiene.jumps.is_empty() {
+        return Ok(Prepared {
+            record: Record::new(log, axis, believed, &all)?,
+            jumped: None,
+        });
+    }
+    let mended = mended(log, &hygiene.jumps, believed.rad_per_count());
+    let record = Record::new(&mended, axis, believed, &all)?;
+    let moved = |excluded: &Excluded| excluded.code != Code::PositionJump;
+    let as_recorded = Record::new(log, axis, believed, &left_out(&moved))?;
+    Ok(Prepared {
+        jumped: Some(Jumped {
+            as_recorded: as_recorded.seen_through(record.kernel),
+            jumps: &hygiene.jumps,
+            position_rad,
+        }),
+        record,
     })
 }
 

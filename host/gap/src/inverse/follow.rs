@@ -35,6 +35,55 @@ pub struct Running {
     pub times: f64,
 }
 
+/// Effort on its way to the axis: through the recorder's skew, and through the drive where it is a reference.
+struct Arriving {
+    later: Later,
+    drive: Option<Drive>,
+    step_s: f64,
+    keeps: f64,
+}
+
+impl Arriving {
+    fn new(record: &Record, drive: DriveConfig, skew_samples: f64) -> Self {
+        let drive = Drive::new(drive);
+        Self {
+            later: Later::new(skew_samples),
+            keeps: drive.keeps(record.step_s),
+            drive: record.commanded.then_some(drive),
+            step_s: record.step_s,
+        }
+    }
+
+    /// During sample `k`, of so many times what was recorded, N m; sample after sample.
+    fn next(&mut self, stretch: &Stretch, k: usize, times: f64) -> f64 {
+        let effort_nm = times * self.later.at(&stretch.effort_nm, k);
+        match &mut self.drive {
+            Some(drive) => {
+                drive.accept(effort_nm);
+                drive.advance(self.step_s, self.keeps)
+            }
+            None => effort_nm,
+        }
+    }
+}
+
+/// Appends the effort at each node of a stretch as it arrives at the axis, of so many times what was recorded, N m.
+pub fn arriving(
+    record: &Record,
+    stretch: &Stretch,
+    drive: DriveConfig,
+    skew_samples: f64,
+    times: f64,
+    out: &mut Vec<f64>,
+) {
+    let mut arriving = Arriving::new(record, drive, skew_samples);
+    let efforts: Vec<f64> = (0..stretch.effort_nm.len() - 1)
+        .map(|k| arriving.next(stretch, k, times))
+        .collect();
+    let mut nodes = efforts.windows(2).map(|u| 0.5 * (u[0] + u[1])).collect();
+    record.kernel.apply(&mut nodes, out);
+}
+
 /// A contact that gives its friction half-way through a step in place of at its end. A record's steps are long: at
 /// break-away the bristles bend within few of them, and friction that is late by half a step looks like a coupling that
 /// is not there.
@@ -156,8 +205,6 @@ pub fn left_over(
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
-    let mut drive = Drive::new(running.drive);
-    let keeps = drive.keeps(step_s);
     let mut contact = Affected::new(Box::new(HalfWay(contact)), &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
     if let Some(stiffness) = running.stiffness_nm_rad {
@@ -165,7 +212,7 @@ pub fn left_over(
     }
     let holds = contact.holds_at_rest();
     let rest_rad_s = record.rest_velocity_rad_s();
-    let later = Later::new(running.skew_samples);
+    let mut arriving = Arriving::new(record, running.drive, running.skew_samples);
     let per = inertia / (step_s * step_s);
     let mut nodes = Vec::with_capacity(intervals);
     let mut interval_before: Option<(f64, f64)> = None;
@@ -186,11 +233,7 @@ pub fn left_over(
             load.as_ref().map_or((position_rad, v), |load| {
                 (position_rad - load.twist_rad, v - load.twisting_rad_s)
             });
-        let mut effort = running.times * later.at(&stretch.effort_nm, k);
-        if record.commanded {
-            drive.accept(effort);
-            effort = drive.advance(step_s, keeps);
-        }
+        let effort = arriving.next(stretch, k, running.times);
         let mut now = Instant {
             time_s: stretch.start_s + (k as f64 + 0.5) * step_s,
             step_s,

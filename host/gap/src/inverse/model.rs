@@ -3,7 +3,7 @@
 //! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
 //! dead zone or a limit explains everything by removing all torque.
 
-use super::follow::{MakeSensors, Rubbing, Running, left_over};
+use super::follow::{MakeSensors, Rubbing, Running, arriving, left_over};
 use super::record::Record;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -389,8 +389,33 @@ impl Point {
                 .retain(|(effect, ..)| *effect < without.effects.len());
             return Ok(without.rest_and_change(record, place, Rubbing::Anew)?.1);
         }
-        let efforts = record.stretches.iter().flat_map(|s| &s.effort_nodes_nm);
-        Ok(efforts.map(|effort| GAIN_STEP * effort).collect())
+        let [one, more] = [1.0, 1.0 + GAIN_STEP].map(|times| {
+            let mut efforts_nm = Vec::with_capacity(record.nodes());
+            for stretch in &record.stretches {
+                let skew_samples = self.skew_samples(record, self.skew_s);
+                let drive = self.drive(record);
+                arriving(record, stretch, drive, skew_samples, times, &mut efforts_nm);
+            }
+            efforts_nm
+        });
+        Ok(one
+            .iter()
+            .zip(&more)
+            .map(|(one, more)| more - one)
+            .collect())
+    }
+
+    /// The drive between a record's effort and the axis; its delay is [among what is later](Self::skew_samples).
+    fn drive(&self, record: &Record) -> DriveConfig {
+        DriveConfig {
+            delay_samples: 0,
+            ..record.drive(self.believed.drive)
+        }
+    }
+
+    /// How much later than recorded the effort acts, samples: by so many seconds, and by what the drive takes.
+    fn skew_samples(&self, record: &Record, later_s: f64) -> f64 {
+        later_s / record.step_s + record.delay_samples(self.believed.drive)
     }
 
     fn running(&self, record: &Record, place: usize, times: f64) -> Result<Running, InputError> {
@@ -422,10 +447,7 @@ impl Point {
                 .model
                 .has_bristles()
                 .then_some(believed.stiffness_nm_rad),
-            drive: DriveConfig {
-                delay_samples: 0,
-                ..record.drive(believed.drive)
-            },
+            drive: self.drive(record),
             offset_nm,
             effects,
             sensors: (!sensors.is_empty()).then(|| {
@@ -437,7 +459,7 @@ impl Point {
                 });
                 make
             }),
-            skew_samples: delay_s / record.step_s + record.delay_samples(believed.drive),
+            skew_samples: self.skew_samples(record, delay_s),
             times,
         })
     }

@@ -87,9 +87,24 @@ impl Record {
         believed: &Believed,
         excluded: &[Range<usize>],
     ) -> Result<Self, InputError> {
-        let effort = log.effort_nm(axis)?;
         let position = log.position_rad(axis)?;
         let sensor = shown(&position, log.median_step_s(), believed.rad_per_count());
+        Self::of_sensor(log, axis, believed, excluded, sensor)
+    }
+
+    /// The same where it is known what the positions say of their sensor.
+    ///
+    /// # Errors
+    /// See [`Record::new`].
+    pub fn of_sensor(
+        log: &Log,
+        axis: &AxisFile,
+        believed: &Believed,
+        excluded: &[Range<usize>],
+        sensor: Shown,
+    ) -> Result<Self, InputError> {
+        let effort = log.effort_nm(axis)?;
+        let position = log.position_rad(axis)?;
         let rad_per_count = believed.rad_per_count().max(sensor.coarse_rad());
         let coarse = believed.model.has_bristles()
             && believed.coulomb_nm < COARSE * rad_per_count * believed.stiffness_nm_rad;

@@ -7,6 +7,7 @@ use crate::axis_file::AxisFile;
 use crate::believed::{Believed, Noise};
 use crate::error::InputError;
 use crate::log::{Effort, EffortKind, Log, Position};
+use crate::sensor::shown_on;
 use crate::signal::interpolate;
 use bristle_plant::drive::{Drive, DriveConfig};
 use rand_chacha::ChaCha8Rng;
@@ -47,7 +48,16 @@ pub fn twins(
 /// The twin of one record, with so much noise a sample, N m rms.
 fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Record, InputError> {
     let log = log_of(axis, record, noise_nm, seed)?;
-    Record::new(&log, &AxisFile::new(axis.unit, 1.0), axis, &[])
+    let file = AxisFile::new(axis.unit, 1.0);
+    let position = log.position_rad(&file)?;
+    let step_s = log.median_step_s();
+    let sensor = shown_on(
+        record.sensor.grid_rad,
+        &position,
+        step_s,
+        axis.rad_per_count(),
+    );
+    Record::of_sensor(&log, &file, axis, &[], sensor)
 }
 
 fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
