@@ -3,7 +3,7 @@
 mod trials;
 
 use bristle_gap::diagnose::Kind;
-use trials::{drawn, verdict_on};
+use trials::{diagnosed, drawn};
 
 /// Verdict on the trial of an offset of a seed, with an offset and what stands for it in the catalogue.
 fn verdict(seed: u64) -> (Kind, Vec<String>) {
@@ -15,7 +15,8 @@ fn verdict(seed: u64) -> (Kind, Vec<String>) {
         "mechanics.offset",
         "mechanics.spring",
     ];
-    verdict_on(&drawn(seed, &["mechanics.offset"]), &accused)
+    let said = diagnosed(&drawn(seed, &["mechanics.offset"]), &accused).verdict;
+    (said.kind, said.effects)
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod trials;
 
 use bristle_gap::diagnose::Kind;
-use trials::{drawn, verdict_on};
+use trials::{diagnosed, drawn};
 
 /// What is named on the trial of a seed that has this effect, with a few others in the catalogue.
 fn named(seed: u64, effect: &'static str) -> (Kind, Vec<String>) {
@@ -15,7 +15,8 @@ fn named(seed: u64, effect: &'static str) -> (Kind, Vec<String>) {
         "friction.presliding",
         "mechanics.compliance",
     ];
-    verdict_on(&trial, &accused)
+    let said = diagnosed(&trial, &accused).verdict;
+    (said.kind, said.effects)
 }
 
 #[test]

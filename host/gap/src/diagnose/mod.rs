@@ -5,6 +5,7 @@ mod apply;
 mod axis_at;
 mod beside;
 mod candidate;
+mod ceiling;
 mod closed;
 mod confusable;
 mod fitted_noise;

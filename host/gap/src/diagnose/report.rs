@@ -114,6 +114,10 @@ fn budget(page: Report, outcome: &Outcome, shown: Option<&Hypothesis>) -> Report
         if shown.is_some() {
             bars = bars.bar(&with, after, &value(after));
         }
+        if let Some(ceiling) = outcome.diagnosis.gap.ceiling {
+            let least = before - ceiling.value * (before - floor.min(before));
+            bars = bars.bar("with a smooth black box", least, &value(least));
+        }
         page = page.bars(bars.bar("floor", floor, &value(floor)));
     }
     let mut table = Table::new(

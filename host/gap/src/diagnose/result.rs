@@ -1,5 +1,6 @@
 //! The diagnosis as other programs read it.
 
+use super::ceiling::ceiling;
 use super::closed::{Closed, closed};
 use super::locate::{self, Region};
 use super::reproduce::Reproduced;
@@ -68,6 +69,10 @@ pub struct Gap {
     pub floor: f64,
     /// Share of the gap that is closed.
     pub closed_fraction: Closed,
+    /// Share of it that a smooth black box closes, where the effect is unknown: what could be closed at best by a function of where the axis
+    /// is, how it moves, what drives it and when.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<Closed>,
 }
 
 /// Where the gap lies.
@@ -191,6 +196,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
             after: if says_effect { after } else { before },
             floor: floor.min(after).min(before),
             closed_fraction,
+            ceiling: (verdict.kind == Kind::Unknown).then(|| ceiling(search)),
         },
         confusable: super::confusable::groups(search, &verdict),
         next_experiment: None,

@@ -35,7 +35,18 @@ impl Diagnosis {
             Kind::None => {
                 "Nothing is missing: the simulator explains the data to the noise.".to_string()
             }
-            Kind::Unknown => "A gap is left that no effect of the catalogue explains.".to_string(),
+            Kind::Unknown => {
+                let at_best = gap.ceiling.map_or_else(String::new, |ceiling| {
+                    format!(
+                        " A smooth function of position, motion, effort and time closes {:.0} % of it ({:.0} to {:.0} %): so much could \
+                         be closed at best.",
+                        100.0 * ceiling.value,
+                        100.0 * ceiling.low,
+                        100.0 * ceiling.high
+                    )
+                });
+                format!("A gap is left that no effect of the catalogue explains.{at_best}")
+            }
             Kind::Insufficient => "The data cannot decide.".to_string(),
         };
         format!("{said} Probability {:.2}.", self.verdict.probability)

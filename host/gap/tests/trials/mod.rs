@@ -1,7 +1,7 @@
 //! Trials, and what is said of them, that tests of the diagnosis share.
 
 use bristle_gap::Believed;
-use bristle_gap::diagnose::{Kind, Options, catalogue, diagnose};
+use bristle_gap::diagnose::{Diagnosis, Options, catalogue, diagnose};
 use bristle_gap::trial::{self, Trial, Wanted};
 
 /// The trial of a seed that has these effects, each with a gap 4 times the floor.
@@ -14,8 +14,8 @@ pub fn drawn(seed: u64, effects: &[&'static str]) -> Trial {
     trial::draw(seed, &wanted).unwrap().unwrap()
 }
 
-/// The verdict on a trial of a diagnosis that may accuse these effects.
-pub fn verdict_on(trial: &Trial, accused: &[&str]) -> (Kind, Vec<String>) {
+/// A diagnosis of a trial that may accuse these effects.
+pub fn diagnosed(trial: &Trial, accused: &[&str]) -> Diagnosis {
     let believed = Believed::new(&trial.axis, &trial.path).unwrap();
     let options = Options {
         catalogue: catalogue()
@@ -24,6 +24,5 @@ pub fn verdict_on(trial: &Trial, accused: &[&str]) -> (Kind, Vec<String>) {
             .collect(),
     };
     let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ()).unwrap();
-    let said = outcome.diagnosis.verdict;
-    (said.kind, said.effects)
+    outcome.diagnosis
 }

@@ -1,0 +1,286 @@
+//! How much of a rest a smooth black box could explain at best: a function of where the axis is, how it moves, what drives it and how
+//! long ago it turned, without any knowledge of what such a function should look like.
+//!
+//! Ridge regression on waves of random direction over one to three of these variables, Rahimi, Recht 2007, "Random features for
+//! large-scale kernel machines", NIPS 20; judged on data that took no part.
+
+use super::closed::{Closed, closed};
+use super::hypothesis::Hypothesis;
+use super::regime::{FOLDS, Node, Regime};
+use super::tried::Search;
+use crate::signal::{extent, rms};
+use bristle_plant::Unit;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Waves of the black box.
+const WAVES: usize = 240;
+/// Most variables that a wave runs over.
+const TOGETHER: usize = 3;
+/// Spread of the phase, rad, from one end of a variable to its middle.
+const STEEP: [f64; 2] = [0.5, 6.0];
+/// Waves a turn, or over the stroke of a linear axis.
+const ORDERS: [f64; 2] = [1.0, 60.0];
+/// Ridges that are tried, where a weighted rest of one is noise.
+const RIDGES: [f64; 6] = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
+
+/// The share of the gap of the refitted simulator that such a black box closes.
+pub fn ceiling(search: &Search) -> Closed {
+    let base = &search.base;
+    let with = Hypothesis {
+        held_out: left_over(search, &base.held_out),
+        ..base.clone()
+    };
+    closed(search, &with)
+}
+
+/// What a black box leaves over of a rest, N m, each part of the data by what the others say; nodes that no one fits, and those at rest, as
+/// they are.
+fn left_over(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
+    let Search { nodes, weights, .. } = search;
+    let counts = |i: &usize| {
+        let node = &nodes[*i];
+        !node.excluded && node.regime != Regime::Rest && weights[*i] > 0.0
+    };
+    let variables = Variables::new(search);
+    let waves = waves(variables.scaled.len(), search.scale.unit);
+    let folds: Vec<Fold> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let rows: Vec<usize> = (0..nodes.len())
+                .filter(|i| nodes[*i].fold == fold)
+                .filter(counts)
+                .collect();
+            let seen = DMatrix::from_fn(rows.len(), WAVES, |row, wave| {
+                weights[rows[row]] * variables.wave(&waves[wave], rows[row])
+            });
+            let rest =
+                DVector::from_iterator(rows.len(), rows.iter().map(|&i| weights[i] * rest_nm[i]));
+            Fold {
+                square: seen.tr_mul(&seen),
+                slope: seen.tr_mul(&rest),
+                rows,
+                seen,
+                rest,
+            }
+        })
+        .collect();
+    // For each part of the data and ridge what is left of the rest, weighted.
+    let left: Vec<Vec<DVector<f64>>> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let others = || folds.iter().enumerate().filter(|(at, _)| *at != fold);
+            let mut square = DMatrix::zeros(WAVES, WAVES);
+            let mut slope = DVector::zeros(WAVES);
+            for (_, other) in others() {
+                square += &other.square;
+                slope += &other.slope;
+            }
+            let here = &folds[fold];
+            RIDGES
+                .iter()
+                .map(|&ridge| {
+                    let mut square = square.clone();
+                    for i in 0..WAVES {
+                        square[(i, i)] += ridge;
+                    }
+                    match Cholesky::new(square) {
+                        Some(root) => &here.rest - &here.seen * root.solve(&slope),
+                        None => here.rest.clone(),
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    let mut out = rest_nm.to_vec();
+    for (fold, here) in folds.iter().enumerate() {
+        // The ridge that does best on the other parts.
+        let squares = |ridge: usize| -> f64 {
+            let others = left.iter().enumerate().filter(|(at, _)| *at != fold);
+            others.map(|(_, left)| left[ridge].norm_squared()).sum()
+        };
+        let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
+        let unexplained: f64 = others.map(|(_, other)| other.rest.norm_squared()).sum();
+        let best = (0..RIDGES.len()).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
+        if let Some(best) = best.filter(|&best| squares(best) < unexplained) {
+            for (&i, left) in here.rows.iter().zip(left[fold][best].iter()) {
+                out[i] = left / weights[i];
+            }
+        }
+    }
+    out
+}
+
+/// A part of the data: its nodes, waves at each, and the rest, all weighted.
+struct Fold {
+    rows: Vec<usize>,
+    seen: DMatrix<f64>,
+    rest: DVector<f64>,
+    square: DMatrix<f64>,
+    slope: DVector<f64>,
+}
+
+/// A wave: its phase, that of each variable it runs over, and its order over position, if it does.
+struct Wave {
+    phase: f64,
+    order: f64,
+    slopes: Vec<(usize, f64)>,
+}
+
+/// Waves over so many variables and position.
+fn waves(variables: usize, unit: Unit) -> Vec<Wave> {
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let part = |random: &mut ChaCha8Rng| -> f64 { StandardUniform.sample(random) };
+    let of = |[low, high]: [f64; 2], part: f64| low * f64::powf(high / low, part);
+    (0..WAVES)
+        .map(|k| {
+            let phase = TAU * part(&mut random);
+            let together = 1 + k % TOGETHER;
+            let mut chosen: Vec<usize> = Vec::new();
+            while chosen.len() < together {
+                let variable = (part(&mut random) * (variables + 1) as f64) as usize;
+                if !chosen.contains(&variable) {
+                    chosen.push(variable);
+                }
+            }
+            let order = if chosen.contains(&variables) {
+                let order = of(ORDERS, part(&mut random));
+                if unit == Unit::Rotary {
+                    order.round()
+                } else {
+                    order
+                }
+            } else {
+                0.0
+            };
+            let steep = of(STEEP, part(&mut random));
+            let slopes = chosen
+                .into_iter()
+                .filter(|&variable| variable < variables)
+                .map(|variable| {
+                    let normal: f64 = StandardNormal.sample(&mut random);
+                    (variable, steep * normal)
+                })
+                .collect();
+            Wave {
+                phase,
+                order,
+                slopes,
+            }
+        })
+        .collect()
+}
+
+/// What the rest may depend on, at each node.
+struct Variables {
+    /// Angle of a wave of order 1.
+    angle: Vec<f64>,
+    /// The others, from -1 to 1.
+    scaled: Vec<Vec<f64>>,
+}
+
+impl Variables {
+    fn new(search: &Search) -> Self {
+        let Search {
+            records,
+            nodes,
+            scale,
+            ..
+        } = search;
+        let stretch = |node: &Node| &records[node.record].stretches[node.stretch];
+        let over = |value: &dyn Fn(&Node) -> f64| -> Vec<f64> { nodes.iter().map(value).collect() };
+        let turned_s = turned(search);
+        let position = over(&|node| stretch(node).smooth_rad[node.sample]);
+        let velocity = over(&|node| stretch(node).velocity_rad_s[node.sample]);
+        let acceleration = over(&|node| {
+            let v = &stretch(node).velocity_rad_s;
+            let (before, after) = (
+                node.sample.saturating_sub(1),
+                (node.sample + 1).min(v.len() - 1),
+            );
+            (v[after] - v[before]) / ((after - before) as f64 * records[node.record].step_s)
+        });
+        let effort = over(&|node| stretch(node).effort_nm[node.sample]);
+        let time =
+            over(&|node| stretch(node).start_s + node.sample as f64 * records[node.record].step_s);
+        let since = turned_s
+            .iter()
+            .zip(&velocity)
+            .map(|(since_s, v)| (since_s / 1e-3).max(1.0).ln().copysign(*v))
+            .collect();
+        let angle = match scale.unit {
+            Unit::Rotary => position.clone(),
+            Unit::Linear => position
+                .iter()
+                .map(|q| TAU * (q - scale.lowest_rad) / scale.stroke_rad().max(1e-9))
+                .collect(),
+        };
+        Self {
+            angle,
+            scaled: vec![
+                scaled(position),
+                bent(velocity.clone()),
+                scaled(velocity),
+                bent(acceleration),
+                scaled(effort),
+                scaled(time),
+                scaled(since),
+            ],
+        }
+    }
+
+    fn wave(&self, wave: &Wave, node: usize) -> f64 {
+        let mut phase = wave.phase + wave.order * self.angle[node];
+        for &(variable, slope) in &wave.slopes {
+            phase += slope * self.scaled[variable][node];
+        }
+        phase.cos()
+    }
+}
+
+/// Time since the axis last turned, or since the stretch began, s.
+fn turned(search: &Search) -> Vec<f64> {
+    let mut since_s = Vec::with_capacity(search.nodes.len());
+    let mut last: Option<(usize, usize, f64, usize)> = None;
+    for node in &search.nodes {
+        let v = node.velocity_rad_s(&search.records);
+        let from = match last {
+            Some((record, stretch, before, from))
+                if (record, stretch) == (node.record, node.stretch) =>
+            {
+                if before * v < 0.0 {
+                    node.sample
+                } else {
+                    from
+                }
+            }
+            _ => 0,
+        };
+        last = Some((node.record, node.stretch, v, from));
+        since_s.push((node.sample - from) as f64 * search.records[node.record].step_s);
+    }
+    since_s
+}
+
+/// From -1 to 1 over the range of values.
+fn scaled(values: Vec<f64>) -> Vec<f64> {
+    let (low, high) = extent(&values);
+    let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
+    let middle = 0.5 * (low + high);
+    values.into_iter().map(|x| (x - middle) / half).collect()
+}
+
+/// The same, with what is small drawn apart.
+fn bent(values: Vec<f64>) -> Vec<f64> {
+    let rms = rms(values.iter().copied()).max(f64::MIN_POSITIVE);
+    scaled(
+        values
+            .into_iter()
+            .map(|x| (x / (0.05 * rms)).asinh())
+            .collect(),
+    )
+}
