@@ -38,3 +38,27 @@ fn what_is_unknown_is_looked_at_again() {
         (Kind::Effect, &["mechanics.offset".to_string()][..])
     );
 }
+
+#[test]
+fn waves_and_limits_are_looked_for_beyond_the_likeliest() {
+    let named = |seed, effect: &'static str| {
+        let accused = [
+            "actuator.cogging",
+            "actuator.ripple",
+            "actuator.saturation",
+            "mechanics.compliance",
+            "mechanics.inertia_change",
+        ];
+        let said = diagnosed(&drawn(seed, &[effect]), &accused).verdict;
+        (said.kind, said.effects)
+    };
+    // The fifth line of a spectrum by power, as the first search weighs it; the simulator's own parameters had taken of it.
+    let ripple = "actuator.ripple";
+    assert_eq!(
+        named(8964, ripple),
+        (Kind::Effect, vec![ripple.to_string()])
+    );
+    // A sixth of the largest effort: where the drive gave no more the controller asked for ever more.
+    let limit = "actuator.saturation";
+    assert_eq!(named(8965, limit), (Kind::Effect, vec![limit.to_string()]));
+}

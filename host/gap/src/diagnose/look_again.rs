@@ -6,10 +6,11 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::log_belief;
 use super::own::Own;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
+use super::screen::{fit_best, screen};
 use super::single::{Ground, Tried};
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
-use bristle_plant::effect::{Kind, Scale};
+use bristle_plant::effect::{Entry, Kind, Scale};
 use rayon::prelude::*;
 
 /// So many of the best effects are looked at again.
@@ -47,9 +48,15 @@ pub(super) fn look_again(
         ground,
         round: &first,
     };
+    let looked_at: Vec<&'static Entry> = order.iter().map(|&at| first.tried[at].entry).collect();
+    let anew = again.anew(&looked_at)?;
     let mut best: Option<(f64, usize, Model, Fit)> = None;
     for &at in &order {
-        let (model, fit) = again.at(&first.tried[at])?;
+        let tried = &first.tried[at];
+        let better = anew
+            .iter()
+            .find(|one| one.entry.id == tried.entry.id && one.fit.cost < tried.fit.cost);
+        let (model, fit) = again.at(better.unwrap_or(tried))?;
         let score = score(&model, &fit);
         if best.as_ref().is_none_or(|best| best.0 < score) {
             best = Some((score, at, model, fit));
@@ -88,6 +95,22 @@ impl Again<'_> {
     fn density(&self, fit: &Fit) -> f64 {
         let nodes = self.ground.nodes;
         self.round.noise.log_density(nodes, &fit.left_over)
+    }
+
+    /// Effects from the starts that promise most with these weights: by those of the first search a wave of another order did.
+    fn anew(&self, entries: &[&'static Entry]) -> Result<Vec<Tried>, InputError> {
+        let Round {
+            weights, fitted, ..
+        } = self.round;
+        let &Ground { records, .. } = self.ground;
+        let background = self.ground.background(weights, fitted);
+        let screened = screen(&background, entries, &|_| ());
+        let found = fit_best(&background, &screened, entries.len(), false)?;
+        let tried = found.into_iter().map(|(entry, model, fit)| {
+            let fit = fit_at(&model, records, weights, fit.at)?;
+            Ok(Tried { entry, model, fit })
+        });
+        tried.collect()
     }
 
     /// An effect looked at again.

@@ -39,7 +39,8 @@ pub(super) struct Ground<'a> {
 }
 
 impl Ground<'_> {
-    fn background<'a>(&'a self, weights: &'a [f64], fit: &'a Fit) -> Background<'a> {
+    /// The simulator as fitted with these weights, and what it leaves over: what effects are laid against.
+    pub(super) fn background<'a>(&'a self, weights: &'a [f64], fit: &'a Fit) -> Background<'a> {
         Background::new(
             self.model,
             self.records,

@@ -6,8 +6,8 @@ use bristle_plant::Unit;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// Lines that are looked at more closely.
-const LINES: usize = 3;
+/// Lines that are looked at more closely: what the simulator's own parameters have taken of a line its power does not tell.
+const LINES: usize = 8;
 /// Most lines of a spectrum: a finer one only costs time.
 const MOST_LINES: f64 = 4000.0;
 /// Lines of a spectrum over time in the width of one.

@@ -13,8 +13,10 @@ use rayon::prelude::*;
 const SIZES: usize = 4;
 /// A shape at so many.
 const SHAPES: usize = 3;
-/// A limit at so many: it shows only where it cuts.
+/// Each of two limits at so many: they show only where they cut.
 const LIMITS: usize = 8;
+/// A single one, from the least that is physical on: where it cuts a controller asks for ever more.
+const LEVELS_OF_LIMIT: usize = 14;
 /// Starts of an effect with several shape parameters are cut to so many.
 const MOST_STARTS: usize = 45;
 /// A size that is never zero is not in proportion to its change far from where it was tried.
@@ -218,7 +220,10 @@ impl Background<'_> {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
                 Kind::Form => vec![low, high],
-                Kind::Limit => levels([low, high], LIMITS).collect(),
+                Kind::Limit if of(Kind::Limit).count() > 1 => levels([low, high], LIMITS).collect(),
+                Kind::Limit => {
+                    levels([hard_range([low, high])[0], high], LEVELS_OF_LIMIT).collect()
+                }
                 _ => self
                     .moments(parameters[shape].kind)
                     .unwrap_or_else(|| levels([low, high], SHAPES).collect()),
