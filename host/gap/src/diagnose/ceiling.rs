@@ -5,7 +5,6 @@
 //! large-scale kernel machines", NIPS 20; judged on data that took no part.
 
 use super::closed::{Closed, closed};
-use super::hypothesis::Hypothesis;
 use super::regime::{FOLDS, Node, Regime};
 use super::tried::Search;
 use crate::signal::{extent, rms};
@@ -30,12 +29,7 @@ const RIDGES: [f64; 6] = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
 
 /// The share of the gap of the refitted simulator that such a black box closes.
 pub fn ceiling(search: &Search) -> Closed {
-    let base = &search.base;
-    let with = Hypothesis {
-        held_out: left_over(search, &base.held_out),
-        ..base.clone()
-    };
-    closed(search, &with)
+    closed(search, &left_over(search, &search.base.held_out))
 }
 
 /// What a black box leaves over of a rest, N m, each part of the data by what the others say; nodes that no one fits, and those at rest, as
@@ -73,10 +67,10 @@ fn left_over(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
     let left: Vec<Vec<DVector<f64>>> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
-            let others = || folds.iter().enumerate().filter(|(at, _)| *at != fold);
+            let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
             let mut square = DMatrix::zeros(WAVES, WAVES);
             let mut slope = DVector::zeros(WAVES);
-            for (_, other) in others() {
+            for (_, other) in others {
                 square += &other.square;
                 slope += &other.slope;
             }
@@ -191,22 +185,14 @@ impl Variables {
             scale,
             ..
         } = search;
-        let stretch = |node: &Node| &records[node.record].stretches[node.stretch];
         let over = |value: &dyn Fn(&Node) -> f64| -> Vec<f64> { nodes.iter().map(value).collect() };
         let turned_s = turned(search);
-        let position = over(&|node| stretch(node).smooth_rad[node.sample]);
-        let velocity = over(&|node| stretch(node).velocity_rad_s[node.sample]);
-        let acceleration = over(&|node| {
-            let v = &stretch(node).velocity_rad_s;
-            let (before, after) = (
-                node.sample.saturating_sub(1),
-                (node.sample + 1).min(v.len() - 1),
-            );
-            (v[after] - v[before]) / ((after - before) as f64 * records[node.record].step_s)
-        });
-        let effort = over(&|node| stretch(node).effort_nm[node.sample]);
-        let time =
-            over(&|node| stretch(node).start_s + node.sample as f64 * records[node.record].step_s);
+        let position = over(&|node| node.position_rad(records));
+        let velocity = over(&|node| node.velocity_rad_s(records));
+        let acceleration = over(&|node| node.acceleration_rad_s2(records));
+        let effort =
+            over(&|node| records[node.record].stretches[node.stretch].effort_nm[node.sample]);
+        let time = over(&|node| node.time_s(records));
         let since = turned_s
             .iter()
             .zip(&velocity)

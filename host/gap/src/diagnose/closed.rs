@@ -1,6 +1,5 @@
 //! How much of the gap a hypothesis closes on part of the data that took no part in its fit.
 
-use super::hypothesis::Hypothesis;
 use super::regime::{FOLDS, Node, Regime};
 use super::tried::Search;
 use serde::Serialize;
@@ -28,10 +27,10 @@ pub struct Part {
     pub closed: Closed,
 }
 
-/// The part of the data that `keep` says; none where it is empty. The interval is from the jackknife over folds.
+/// The part of the data that `keep` says, with this left over of data that took no part; none where it is empty. The interval is from the jackknife over folds.
 pub fn closed_over(
     search: &Search,
-    hypothesis: &Hypothesis,
+    held_out: &[f64],
     keep: &dyn Fn(&Node) -> bool,
 ) -> Option<Part> {
     let mut sums = [[0.0; 4]; FOLDS];
@@ -39,7 +38,7 @@ pub fn closed_over(
         if !node.excluded && keep(node) {
             let sums = &mut sums[node.fold];
             sums[0] += search.base.held_out[i].powi(2);
-            sums[1] += hypothesis.held_out[i].powi(2);
+            sums[1] += held_out[i].powi(2);
             sums[2] += search.noise.group(node).floor_nm.powi(2);
             sums[3] += 1.0;
         }
@@ -88,8 +87,8 @@ pub fn closed_over(
     })
 }
 
-/// How much of the gap a hypothesis closes on held-out data; the interval by the jackknife over folds.
-pub fn closed(search: &Search, hypothesis: &Hypothesis) -> Closed {
-    closed_over(search, hypothesis, &|node| node.regime != Regime::Rest)
+/// How much of the gap is closed by what leaves this over of held-out data; the interval by the jackknife over folds.
+pub fn closed(search: &Search, held_out: &[f64]) -> Closed {
+    closed_over(search, held_out, &|node| node.regime != Regime::Rest)
         .map_or_else(Closed::default, |part| part.closed)
 }

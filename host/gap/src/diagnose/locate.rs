@@ -4,6 +4,7 @@
 use super::hypothesis::Hypothesis;
 use super::regime::{Node, Regime};
 use super::tried::Search;
+use crate::inverse::Record;
 use crate::report::short;
 use serde::Serialize;
 
@@ -68,16 +69,18 @@ pub fn regions(search: &Search, best: Option<&Hypothesis>) -> Vec<Region> {
         (
             "position",
             position,
-            of_position as fn(&Search, &Node) -> f64,
+            Node::position_rad as fn(&Node, &[Record]) -> f64,
         ),
-        ("speed", speed, of_speed),
-        ("time", "s", of_time),
-        ("acceleration", "of the largest", of_acceleration),
+        ("speed", speed, Node::velocity_rad_s),
+        ("time", "s", Node::time_s),
+        ("acceleration", "of the largest", |node, records| {
+            node.acceleration_rad_s2(records).abs()
+        }),
     ] {
         let values: Vec<f64> = search
             .nodes
             .iter()
-            .map(|node| value(search, node))
+            .map(|node| value(node, &search.records))
             .collect();
         let low = counts
             .iter()
@@ -103,27 +106,4 @@ pub fn regions(search: &Search, best: Option<&Hypothesis>) -> Vec<Region> {
     regions.sort_by(|a, b| (b.share - b.time_share).total_cmp(&(a.share - a.time_share)));
     regions.retain(|region| region.share > region.time_share);
     regions
-}
-
-fn of_position(search: &Search, node: &Node) -> f64 {
-    search.records[node.record].stretches[node.stretch].smooth_rad[node.sample]
-}
-
-fn of_speed(search: &Search, node: &Node) -> f64 {
-    search.records[node.record].stretches[node.stretch].velocity_rad_s[node.sample]
-}
-
-fn of_time(search: &Search, node: &Node) -> f64 {
-    let record = &search.records[node.record];
-    record.stretches[node.stretch].start_s + node.sample as f64 * record.step_s
-}
-
-fn of_acceleration(search: &Search, node: &Node) -> f64 {
-    let record = &search.records[node.record];
-    let v = &record.stretches[node.stretch].velocity_rad_s;
-    let (before, after) = (
-        node.sample.saturating_sub(1),
-        (node.sample + 1).min(v.len() - 1),
-    );
-    (v[after] - v[before]).abs() / (2.0 * record.step_s)
 }

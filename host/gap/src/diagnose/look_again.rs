@@ -102,15 +102,10 @@ impl Again<'_> {
         let Round {
             weights, fitted, ..
         } = self.round;
-        let &Ground { records, .. } = self.ground;
         let background = self.ground.background(weights, fitted);
         let screened = screen(&background, entries, &|_| ());
         let found = fit_best(&background, &screened, entries.len(), false)?;
-        let tried = found.into_iter().map(|(entry, model, fit)| {
-            let fit = fit_at(&model, records, weights, fit.at)?;
-            Ok(Tried { entry, model, fit })
-        });
-        tried.collect()
+        self.ground.with_jacobians(found, weights)
     }
 
     /// An effect looked at again.

@@ -58,19 +58,9 @@ pub fn maps(search: &Search, hypothesis: &Hypothesis) -> Maps {
         after: &hypothesis.fit.left_over,
     };
     Maps {
-        position: rest.over(|search, i| {
-            let node = &search.nodes[i];
-            search.records[node.record].stretches[node.stretch].smooth_rad[node.sample]
-        }),
-        speed: rest.over(|search, i| {
-            let node = &search.nodes[i];
-            search.records[node.record].stretches[node.stretch].velocity_rad_s[node.sample]
-        }),
-        time: rest.over(|search, i| {
-            let node = &search.nodes[i];
-            let record = &search.records[node.record];
-            record.stretches[node.stretch].start_s + node.sample as f64 * record.step_s
-        }),
+        position: rest.over(|search, i| search.nodes[i].position_rad(&search.records)),
+        speed: rest.over(|search, i| search.nodes[i].velocity_rad_s(&search.records)),
+        time: rest.over(|search, i| search.nodes[i].time_s(&search.records)),
         order: rest.orders(),
         frequency: rest.frequencies(),
     }

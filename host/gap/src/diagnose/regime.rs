@@ -45,9 +45,27 @@ pub struct Node {
 }
 
 impl Node {
+    /// Position at its middle, rad.
+    pub fn position_rad(&self, records: &[Record]) -> f64 {
+        records[self.record].stretches[self.stretch].smooth_rad[self.sample]
+    }
+
     /// Velocity at its middle, rad/s.
     pub fn velocity_rad_s(&self, records: &[Record]) -> f64 {
         records[self.record].stretches[self.stretch].velocity_rad_s[self.sample]
+    }
+
+    /// Acceleration at its middle, rad/s^2: no node lies at an end of its stretch.
+    pub fn acceleration_rad_s2(&self, records: &[Record]) -> f64 {
+        let record = &records[self.record];
+        let v = &record.stretches[self.stretch].velocity_rad_s;
+        (v[self.sample + 1] - v[self.sample - 1]) / (2.0 * record.step_s)
+    }
+
+    /// Time of its middle since the start of its log, s.
+    pub fn time_s(&self, records: &[Record]) -> f64 {
+        let record = &records[self.record];
+        record.stretches[self.stretch].start_s + self.sample as f64 * record.step_s
     }
 }
 

@@ -104,7 +104,7 @@ fn budget(page: Report, outcome: &Outcome, shown: Option<&Hypothesis>) -> Report
     let mut page = page.heading("Budget of the gap");
     let with = format!("with {}", named(shown));
     let of = shown.unwrap_or(base);
-    if let Some(part) = closed_over(search, of, &moves) {
+    if let Some(part) = closed_over(search, &of.held_out, &moves) {
         let [before, after, floor] = part.rms_nm;
         let value = |x: f64| format!("{} {unit}", short(x));
         let given = as_given(search, &moves);
@@ -132,7 +132,7 @@ fn budget(page: Report, outcome: &Outcome, shown: Option<&Hypothesis>) -> Report
         ],
     );
     let mut row = |name: &str, keep: &dyn Fn(&Node) -> bool| {
-        if let Some(part) = closed_over(search, of, keep) {
+        if let Some(part) = closed_over(search, &of.held_out, keep) {
             let [before, after, floor] = part.rms_nm;
             table.rows.push(vec![
                 name.to_string(),

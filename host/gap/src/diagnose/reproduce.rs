@@ -80,7 +80,7 @@ pub fn reproduced(outcome: &Outcome) -> Result<Vec<Reproduced>, InputError> {
 /// A row of the table of torque one step ahead, for each log and each regime.
 fn one_step(search: &Search, hypothesis: &Hypothesis, out: &mut Vec<Reproduced>) {
     let mut row = |log: String, regime: &'static str, keep: &dyn Fn(&super::Node) -> bool| {
-        let Some(part) = closed_over(search, hypothesis, keep) else {
+        let Some(part) = closed_over(search, &hypothesis.held_out, keep) else {
             return;
         };
         let [before, after, floor] = part.rms_nm;

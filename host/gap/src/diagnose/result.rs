@@ -170,10 +170,9 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         .collect();
     let candidates = candidates(search, &verdict, unit);
     let [before, after, floor] = verdict.rms_nm;
-    let closed_fraction = verdict
-        .named
-        .first()
-        .map_or_else(Closed::default, |&i| closed(search, &verdict.ranked[i].0));
+    let closed_fraction = verdict.named.first().map_or_else(Closed::default, |&i| {
+        closed(search, &verdict.ranked[i].0.held_out)
+    });
     let says_effect = !named.is_empty();
     let notes = search.is_unlisted().then(|| {
         "positions show noise or lost counts of a sensor effect that was left out of the candidates"
@@ -255,7 +254,7 @@ fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> 
                     block: block(id),
                     probability: part,
                     gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
-                    closed_fraction: closed(search, hypothesis),
+                    closed_fraction: closed(search, &hypothesis.held_out),
                     parameters: parameters(search, hypothesis, unit),
                 });
             }

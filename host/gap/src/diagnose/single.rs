@@ -84,11 +84,23 @@ impl Ground<'_> {
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
         found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
         found.truncate(KEPT);
+        Ok((screened, self.with_jacobians(found, weights)?))
+    }
+
+    /// What was found with these weights, with the Jacobian where it came out.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn with_jacobians(
+        &self,
+        found: Vec<(&'static Entry, Model, Fit)>,
+        weights: &[f64],
+    ) -> Result<Vec<Tried>, InputError> {
         let tried = found.into_iter().map(|(entry, model, fit)| {
             let fit = fit_at(&model, self.records, weights, fit.at)?;
             Ok(Tried { entry, model, fit })
         });
-        Ok((screened, tried.collect::<Result<_, InputError>>()?))
+        tried.collect()
     }
 
     /// The simulator alone and with each effect, fitted anew once weights have changed; best first.

@@ -74,9 +74,7 @@ pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2
         .map(|record| Even::new(record.step_s * record.kernel.length as f64))
         .collect();
     for (i, node) in background.nodes.iter().enumerate() {
-        let record = &background.records[node.record];
-        let start_s = record.stretches[node.stretch].start_s;
-        let time_s = start_s + node.sample as f64 * record.step_s;
+        let time_s = node.time_s(background.records);
         let rest = background.fit.left_over[i] * background.weights[i];
         sets[node.record].add(time_s, still[i], rest);
     }

@@ -255,21 +255,17 @@ impl Background<'_> {
             let inside = |part: &f64| [low + part * (high - low), high - part * (high - low)];
             return Some(INSIDE.iter().flat_map(inside).collect());
         }
-        let of = |node: &Node| {
-            let record = &self.records[node.record];
-            let stretch = &record.stretches[node.stretch];
-            match kind {
-                Kind::Event => Some(stretch.start_s + node.sample as f64 * record.step_s),
-                Kind::Place => Some(match self.scale.unit {
-                    Unit::Rotary => {
-                        let turn = std::f64::consts::TAU;
-                        let q = stretch.smooth_rad[node.sample];
-                        q - turn * (q / turn).round()
-                    }
-                    Unit::Linear => stretch.smooth_rad[node.sample],
-                }),
-                _ => None,
-            }
+        let of = |node: &Node| match kind {
+            Kind::Event => Some(node.time_s(self.records)),
+            Kind::Place => Some(match self.scale.unit {
+                Unit::Rotary => {
+                    let turn = std::f64::consts::TAU;
+                    let q = node.position_rad(self.records);
+                    q - turn * (q / turn).round()
+                }
+                Unit::Linear => node.position_rad(self.records),
+            }),
+            _ => None,
         };
         let mut largest: Vec<usize> = (0..self.nodes.len()).collect();
         let size = |&i: &usize| (self.fit.left_over[i] * self.weights[i]).abs();
