@@ -5,8 +5,10 @@ use std::f64::consts::TAU;
 
 /// The grid is looked for on positions counted in halves of a count.
 const BINS_PER_COUNT: f64 = 2.0;
-/// Longest range of positions that is counted, bins: 20 bits for four turns.
+/// Longest range of positions that a grid is looked for in, bins: 20 bits for four turns.
 const MOST_BINS: usize = 1 << 23;
+/// Longest part of it that is counted, bins: the fullest one.
+const WINDOW: usize = 1 << 20;
 /// Coarsest grid that is looked for, counts.
 const COARSEST: f64 = 1000.0;
 /// Fewest grid steps that make a grid.
@@ -19,6 +21,8 @@ const BY_CHANCE: f64 = 6.0;
 const RESTS: f64 = 3.0;
 /// Lines of the spectrum that are looked at.
 const MOST_LINES: usize = 20;
+/// Numbers of waves that are tried between two lines.
+const BETWEEN: f64 = 20.0;
 /// Steps of more counts than this are motion.
 const STIRS: f64 = 0.75;
 /// Parts of the speeds in each of which positions lie on a grid, and the share in step that says so: what is in step by
@@ -108,13 +112,16 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
         return None;
     }
     let moving = at_several_speeds(position_rad, rad_per_count)?;
-    let length = (span as usize + 1).next_power_of_two();
+    let length = (span as usize + 1).next_power_of_two().min(WINDOW);
+    let length_rad = bin_rad * length as f64;
+    let first = fullest(&moving, low, length_rad);
+    let inside = |q: &&f64| (first..first + length_rad).contains(*q);
     let mut seen = vec![0.0_f64; length];
-    for q in position_rad {
-        seen[((q - low) / bin_rad).round() as usize % length] += 1.0;
+    for q in position_rad.iter().filter(inside) {
+        seen[((q - first) / bin_rad).round() as usize % length] += 1.0;
     }
     let filled = seen.iter().filter(|&&n| n > 0.0).count();
-    let most = RESTS * position_rad.len() as f64 / filled as f64;
+    let most = RESTS * seen.iter().sum::<f64>() / filled as f64;
     for n in &mut seen {
         *n = n.min(most);
     }
@@ -126,7 +133,7 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
     }
     // Waves a bin: from the coarsest grid, and enough of its steps, to one and a half counts.
     let slowest = (length as f64 / (COARSEST * BINS_PER_COUNT))
-        .max(FEWEST_STEPS * length as f64 / span)
+        .max(FEWEST_STEPS * length as f64 / span.min(length as f64))
         .ceil() as usize;
     let fastest = (length as f64 / (1.5 * BINS_PER_COUNT)) as usize;
     let share_2 = |k: usize| spectrum[k].norm_sqr() / (sum * sum);
@@ -139,12 +146,16 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
         while top + 1 < fastest && share_2(top + 1) > share_2(top) {
             top += 1;
         }
-        // Where between the lines of the transform the positions themselves are most in step.
-        let grid = |off: i32| bin_rad * length as f64 / (top as f64 + 0.05 * f64::from(off));
-        let grid = (-20..=20)
-            .map(|off| (in_step_with(grid(off), moving.iter()), grid(off)))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(0.0, |(_, grid)| grid);
+        let near: Vec<f64> = moving.iter().filter(inside).copied().collect();
+        let waves = most_in_step(top as f64, 1.0, length_rad, &near);
+        let lengths = (high - low) / length_rad;
+        let waves = most_in_step(
+            lengths * waves,
+            1.0 + lengths / BETWEEN,
+            high - low,
+            &moving,
+        );
+        let grid = (high - low) / waves;
         let part = moving.len().div_ceil(SPEEDS).max(FEWEST);
         let at_every_speed = moving
             .chunks(part)
@@ -172,6 +183,47 @@ fn at_several_speeds(position_rad: &[f64], rad_per_count: f64) -> Option<Vec<f64
     let quarter = moving.len() / 4;
     let one_speed = moving[quarter].0 > UNEVEN * moving[3 * quarter].0;
     (!one_speed).then(|| moving.into_iter().map(|(_, q)| q).collect())
+}
+
+/// Where the part of a range begins, of this length, that most positions lie in.
+fn fullest(position_rad: &[f64], low_rad: f64, length_rad: f64) -> f64 {
+    let half_rad = 0.5 * length_rad;
+    let half = |q: &f64| ((q - low_rad) / half_rad) as usize;
+    let mut halves = vec![0_usize; 2];
+    for half in position_rad.iter().map(half) {
+        if half >= halves.len() {
+            halves.resize(half + 1, 0);
+        }
+        halves[half] += 1;
+    }
+    let both = halves.windows(2).map(|both| both[0] + both[1]);
+    let fullest = both.enumerate().max_by_key(|(_, count)| *count);
+    low_rad + half_rad * fullest.map_or(0, |(place, _)| place) as f64
+}
+
+/// Waves over a length with which positions are most in step, so far from a number of them at most.
+fn most_in_step(waves: f64, reach: f64, length_rad: f64, position_rad: &[f64]) -> f64 {
+    let steps = (reach * BETWEEN).ceil();
+    let least = waves - steps / BETWEEN;
+    let mut sums = vec![[0.0; 2]; 2 * steps as usize + 1];
+    for q in position_rad {
+        let angle = TAU * q / length_rad;
+        let [(mut sine, mut cosine), (turns_sine, turns_cosine)] =
+            [least, 1.0 / BETWEEN].map(|waves| (waves * angle).sin_cos());
+        for [of_sines, of_cosines] in &mut sums {
+            *of_sines += sine;
+            *of_cosines += cosine;
+            (sine, cosine) = (
+                sine * turns_cosine + cosine * turns_sine,
+                cosine * turns_cosine - sine * turns_sine,
+            );
+        }
+    }
+    let squares = sums
+        .iter()
+        .map(|[sine, cosine]| sine * sine + cosine * cosine);
+    let best = squares.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    least + best.map_or(0.0, |(place, _)| place as f64 / BETWEEN)
 }
 
 /// How far positions are in step with a grid: one where all lie on it, the inverse root of their number by chance.
@@ -278,6 +330,14 @@ mod tests {
             // The resolution of a line over 60,000 counts.
             assert!((found / grid - 1.0).abs() < 1e-3, "{grid}: {found}");
         }
+        // Over three windows: a grid that is right in one to a twentieth of a line is in step with all.
+        let wide: Vec<f64> = (0..40_000)
+            .map(|k| (40.0 * position(k) / 1e-2).floor() * 1e-2)
+            .collect();
+        assert!(240.0 / count * BINS_PER_COUNT > 3.0 * WINDOW as f64);
+        let found = shown(&wide, 1e-3, count).coarse_rad();
+        // A twentieth of a line over 24,000 steps.
+        assert!((found / 1e-2 - 1.0).abs() < 3e-6, "{found}");
         let fine: Vec<f64> = (0..10_000).map(|k| counted(moved(k))).collect();
         assert_eq!(shown(&fine, 1e-3, count).grid_rad, Some(0.0));
         // One speed, whose steps are a grid of 4.3 counts.
