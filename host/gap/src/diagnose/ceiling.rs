@@ -32,6 +32,12 @@ pub fn ceiling(search: &Search) -> Closed {
     closed(search, &left_over(search, &search.base.held_out))
 }
 
+/// Nats by which a black box does better than a rest as it is, on data that took no part.
+pub(super) fn gains(search: &Search, rest_nm: &[f64]) -> f64 {
+    let density = |rest_nm: &[f64]| search.noise.log_density(&search.nodes, rest_nm);
+    density(&left_over(search, rest_nm)) - density(rest_nm)
+}
+
 /// What a black box leaves over of a rest, N m, each part of the data by what the others say; nodes that no one fits, and those at rest, as
 /// they are.
 fn left_over(search: &Search, rest_nm: &[f64]) -> Vec<f64> {

@@ -7,10 +7,11 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, EVENLY, MATTERS, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
+    ACCUSES, BY_EVIDENCE, EVENLY, FOREIGN, MATTERS, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
     TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
     below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
+use super::ceiling;
 use super::fitted_noise::own_with_noise;
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, of_noise, sort};
@@ -176,7 +177,11 @@ pub fn verdict(search: &Search) -> Verdict {
         && !takes_all
         && left[1] > STANDS_FOR.0
         && explained < STANDS_FOR.1;
-    let left_unknown = (stands_for || search.is_unlisted() || much && explained <= SHARE) && !shown;
+    // What depends smoothly on where an axis is and how it moves, and is left by an effect, is another effect's.
+    let foreign =
+        accused && !of_noise(best) && !takes_all && much && ceiling::gains(search, rest) > FOREIGN;
+    let left_unknown =
+        (stands_for || foreign || search.is_unlisted() || much && explained <= SHARE) && !shown;
     let bristles = |h: &Hypothesis| brings_bristles(search, h);
     let mut small = if accused && !bristles(best) || much {
         Vec::new()
