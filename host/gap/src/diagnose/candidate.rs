@@ -5,7 +5,9 @@
 
 use super::regime::Node;
 use crate::error::InputError;
-use crate::inverse::{Added, Fit, Free, Model, Own, Owner, Record, Rubbing, fit_near};
+use crate::inverse::{
+    Added, Fit, Free, Model, Own, Owner, Record, Rubbing, STANDS_STILL, fit_near_until,
+};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
@@ -254,6 +256,19 @@ impl<'a> Background<'a> {
         entry: &'static Entry,
         starts: &[Start],
     ) -> Result<Option<(Model, Fit)>, InputError> {
+        self.try_until(STANDS_STILL, entry, starts)
+    }
+
+    /// The same, until the cost changes by less than this part of itself.
+    ///
+    /// # Errors
+    /// See [`Self::try_effect`].
+    pub(super) fn try_until(
+        &self,
+        cost_stands_still: f64,
+        entry: &'static Entry,
+        starts: &[Start],
+    ) -> Result<Option<(Model, Fit)>, InputError> {
         let mut best: Option<(Model, Fit)> = None;
         for start in starts {
             let mut model = self.with(entry, start);
@@ -268,7 +283,15 @@ impl<'a> Background<'a> {
             // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
             model.scales_effort |= !entry.cuts() && model.changes_gain(self.records, &from)?;
             let near = |model: &Model, from: Vec<f64>| {
-                fit_near(model, self.records, self.weights, from, &self.fit.jacobian)
+                let known = &self.fit.jacobian;
+                fit_near_until(
+                    cost_stands_still,
+                    model,
+                    self.records,
+                    self.weights,
+                    from,
+                    known,
+                )
             };
             let mut fit = near(&model, from)?;
             // Where it came out it may, where it started not.

@@ -76,7 +76,7 @@ pub(super) fn look_again(
     let mut tried = first.tried;
     tried[at].fit = fit_at(&with, records, &first.weights, fit.at)?;
     tried[at].model = with;
-    let (fitted, tried) = ground.refine(first.fitted, tried, &first.weights, &weights)?;
+    let (fitted, tried) = ground.refine(first.fitted, tried, &noise, &first.weights, &weights)?;
     Ok(Some(Round {
         own,
         noise,

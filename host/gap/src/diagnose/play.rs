@@ -24,6 +24,10 @@ const STEPS: [f64; 8] = [0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.1, 0.05];
 /// is what a coupling without a play leaves over by the method's own error.
 const BRINGS: (f64, f64) = (16.0, 0.1);
 
+/// Another effect that takes away so many times as much as the coupling, and leaves that part of what the coupling leaves, is no play: with
+/// one the coupling fits better than what has neither.
+const NO_PLAY: (f64, f64) = (2.0, 0.5);
+
 /// Whether an effect puts a load behind a spring.
 pub(super) fn springs(entry: &Entry) -> bool {
     [COUPLING, PLAY].contains(&entry.id)
@@ -45,9 +49,20 @@ pub(super) fn try_about_coupling(
         return Ok(());
     };
     let brought = background.fit.cost - coupled.cost;
-    if brought < BRINGS.0 {
+    let costs = found.iter().map(|(.., fit)| fit.cost);
+    let least = costs.fold(f64::INFINITY, f64::min);
+    let (times, part) = NO_PLAY;
+    let no_play = background.fit.cost - least > times * brought && least < part * coupled.cost;
+    if brought < BRINGS.0 || no_play {
         return Ok(());
     }
+    // With flanks that meet at other moments no fit goes from one play to another.
+    let known = &background.fit.jacobian;
+    let fitted = |model: &Model, at: Vec<f64>| {
+        fit_near(model, background.records, background.weights, at, known)
+    };
+    let coupled = &fitted(with, coupled.at.clone())?;
+    let brought = background.fit.cost - coupled.cost;
     let found_before = of(PLAY).map_or(f64::INFINITY, |(_, _, fit)| fit.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
     let own = &coupled.at[..background.model.free.len()];
@@ -73,11 +88,6 @@ pub(super) fn try_about_coupling(
         .collect();
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
     begun.truncate(FITTED);
-    // With flanks that meet at other moments no fit goes from one play to another.
-    let known = &background.fit.jacobian;
-    let fitted = |model: &Model, at: Vec<f64>| {
-        fit_near(model, background.records, background.weights, at, known)
-    };
     let best = begun
         .into_par_iter()
         .map(|(_, model, at)| Ok((fitted(&model, at)?, model)))

@@ -4,10 +4,12 @@
 use super::candidate::{Background, Screened, Start};
 use super::play;
 use crate::error::InputError;
-use crate::inverse::{Fit, Model};
+use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 
+/// So many of the best fits go on until they stand still.
+const SETTLED: usize = 3;
 /// Starts that a fit is tried from.
 const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
@@ -40,7 +42,8 @@ pub(super) fn by_promise(screened: &mut [Screened]) {
     screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
 }
 
-/// Fits of the most promising effects, and where `unpromising` of those that are never zero, from their best starts.
+/// Fits of the most promising effects, and where `unpromising` of those that are never zero, from their best starts. Where they are many, all
+/// are fitted as far as shows what they promise, and the best of them to the end.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -64,21 +67,38 @@ pub(super) fn fit_best(
         })
         .map(|(_, one)| one);
     let all: Vec<&Screened> = promising.chain(never_zero).collect();
-    let fits: Result<Vec<_>, InputError> = all
-        .into_par_iter()
+    let mut all: Vec<(&'static Entry, Vec<Start>)> = all
+        .into_iter()
         .map(|(entry, starts)| {
             let close = |start: &&Start| start.gain > CLOSE * gain(starts);
             let first = starts.iter().take(1);
-            let starts: Vec<Start> = first
-                .chain(starts.iter().take(STARTS).skip(1).filter(close))
-                .cloned()
-                .collect();
-            Ok(background
-                .try_effect(entry, &starts)?
-                .map(|(model, fit)| (*entry, model, fit)))
+            let close = starts.iter().take(STARTS).skip(1).filter(close);
+            (*entry, first.chain(close).cloned().collect())
         })
         .collect();
-    let mut found = fits?.into_iter().flatten().collect();
+    let fitted = |cost_stands_still: f64, all: &[Screened]| -> Result<Vec<_>, InputError> {
+        let fitted = all.par_iter().map(|(entry, starts)| {
+            let fit = background.try_until(cost_stands_still, entry, starts)?;
+            Ok(fit.map(|(model, fit)| (*entry, model, fit)))
+        });
+        Ok(fitted
+            .collect::<Result<Vec<_>, InputError>>()?
+            .into_iter()
+            .flatten()
+            .collect())
+    };
+    let mut further = Vec::new();
+    if all.len() > SETTLED {
+        further = fitted(PROMISES, &all)?;
+        further.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+        let settled: Vec<&str> = further
+            .drain(..SETTLED.min(further.len()))
+            .map(|one| one.0.id)
+            .collect();
+        all.retain(|(entry, _)| settled.contains(&entry.id));
+    }
+    let mut found = fitted(STANDS_STILL, &all)?;
+    found.extend(further);
     play::try_about_coupling(background, screened, &mut found)?;
     Ok(found)
 }

@@ -77,7 +77,7 @@ pub fn search(
     // Noise once more, now from the best that was found: what it explains is no noise.
     let (own, noise, weights) =
         noise_of_best(&ground, &tried, &old, &own)?.unwrap_or_else(|| (own, noise, old.clone()));
-    let (fitted, tried) = ground.refine(fitted, tried, &old, &weights)?;
+    let (fitted, tried) = ground.refine(fitted, tried, &noise, &old, &weights)?;
     let first = Round {
         own,
         noise,

@@ -1,5 +1,6 @@
 //! Effects one at a time: each fitted jointly with the simulator's own parameters, first roughly and many, then well and few.
 
+use super::accuse::{NOTHING, leaves};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
@@ -16,6 +17,8 @@ const FITTED: usize = 12;
 const KEPT: usize = 9;
 /// The best of them are fitted once more with a Jacobian of their own.
 const POLISHED: usize = 3;
+/// Where the best one leaves nothing, those go no further that leave this part of the nats that it gains ungained.
+const BEHIND: f64 = 0.8;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
 
@@ -103,14 +106,16 @@ impl Ground<'_> {
         tried.collect()
     }
 
-    /// The simulator alone and with each effect, fitted anew once weights have changed; best first.
+    /// The simulator alone and with each effect, fitted anew once noise and weights have changed; best first. Where the best one leaves
+    /// nothing, without those that are far behind.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
     pub(super) fn refine(
         &self,
         fitted: Fit,
-        tried: Vec<Tried>,
+        mut tried: Vec<Tried>,
+        noise: &Noise,
         old: &[f64],
         weights: &[f64],
     ) -> Result<(Fit, Vec<Tried>), InputError> {
@@ -120,7 +125,18 @@ impl Ground<'_> {
                 .and_then(|fit| fit_at(model, self.records, weights, fit.at))
         };
         let mut fitted = again(self.model, fitted)?;
-        let mut tried = each(tried, again)?;
+        let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
+        tried.sort_by(|a, b| density(&b.fit).total_cmp(&density(&a.fit)));
+        let mut further = tried.split_off(POLISHED.min(tried.len()));
+        tried = each(tried, again)?;
+        if let Some(Tried { fit: best, .. }) = tried.first()
+            && !leaves(noise, self.nodes, &best.left_over, NOTHING)
+        {
+            let enough = density(best) - BEHIND * (density(best) - density(&fitted));
+            further.retain(|one| density(&one.fit) >= enough);
+        }
+        tried.extend(each(further, again)?);
+        by_cost(&mut tried);
         // From where the best one has taken the simulator's own parameters the simulator alone may do better, too.
         if let Some(best) = tried.first() {
             let own = best.fit.at[..self.model.free.len()].to_vec();
@@ -132,7 +148,7 @@ impl Ground<'_> {
         tried = each(tried, |with, kept| {
             no_worse(with, kept, &fitted, self.records, weights)
         })?;
-        let further = tried.split_off(POLISHED.min(tried.len()));
+        further = tried.split_off(POLISHED.min(tried.len()));
         tried = each(tried, |model, fit| {
             fit_on(model, self.records, weights, fit)
         })?;
@@ -163,8 +179,12 @@ fn each(
             Ok(Tried { fit, ..one })
         })
         .collect::<Result<Vec<_>, InputError>>()?;
-    tried.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    by_cost(&mut tried);
     Ok(tried)
+}
+
+fn by_cost(tried: &mut [Tried]) {
+    tried.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
 }
 
 /// The fit with an effect that does no worse than the one without: where `kept` does, it is fitted from there.

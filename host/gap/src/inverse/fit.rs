@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// Relative change of cost and coordinates at which a fit stands still: a part of a nat for thousands of nodes.
 pub const STANDS_STILL: f64 = 1e-4;
 /// Relative change of cost at which a fit has shown what its start promises.
-const PROMISES: f64 = 0.1;
+pub const PROMISES: f64 = 0.1;
 /// Evaluations of the model in a fit, as a multiple of its parameters plus one.
 const PATIENCE: usize = 3;
 
@@ -69,8 +69,25 @@ pub fn fit_near(
     start: Vec<f64>,
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
+    fit_near_until(STANDS_STILL, model, records, weights, start, known)
+}
+
+/// As [`fit_near`], until the cost changes by less than this part of itself: [`STANDS_STILL`], or [`PROMISES`].
+///
+/// # Errors
+/// See [`fit`].
+pub fn fit_near_until(
+    cost_stands_still: f64,
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    start: Vec<f64>,
+    known: &DMatrix<f64>,
+) -> Result<Fit, InputError> {
     let problem = Problem::new(model, records, weights, start, Some(known))?;
-    Ok(problem.settled(STANDS_STILL).into_fit(DMatrix::zeros(0, 0)))
+    Ok(problem
+        .settled(cost_stands_still)
+        .into_fit(DMatrix::zeros(0, 0)))
 }
 
 /// As [`fit`], but without the Jacobian where it comes out, which takes a pass over the records for each parameter.

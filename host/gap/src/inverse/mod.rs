@@ -11,7 +11,10 @@ mod record;
 mod twin;
 
 pub use base::scale;
-pub use fit::{Fit, STANDS_STILL, fit, fit_alone, fit_at, fit_near, fit_on, fit_roughly};
+pub use fit::{
+    Fit, PROMISES, STANDS_STILL, fit, fit_alone, fit_at, fit_near, fit_near_until, fit_on,
+    fit_roughly,
+};
 pub use follow::{Later, Rubbing, Running, left_over};
 pub use kernel::Kernel;
 pub use model::{Added, DELAYS, Free, Model, OFFSET, Own, Owner, Point};
