@@ -387,7 +387,7 @@ fn overlays(mut page: Report, outcome: &Outcome, shown: &Hypothesis) -> Report {
             };
             let measured = stretch.effort_nodes_nm[at[1]];
             let (refitted, with) = (search.base.fit.left_over[i], shown.fit.left_over[i]);
-            time.push(stretch.start_s + node.sample as f64 * record.step_s);
+            time.push(node.time_s(&search.records));
             for (line, x) in lines.iter_mut().zip([
                 measured,
                 measured - refitted,

@@ -2,9 +2,9 @@
 //! records with the axis's own parameters, from the truth and with the true floor as noise. What it leaves over beyond the truth
 //! is what tells them apart.
 
-use super::{OWN, Seen};
+use super::Seen;
 use crate::believed::Believed;
-use crate::diagnose::Background;
+use crate::diagnose::{Background, DOUBT};
 use crate::error::InputError;
 use crate::inverse::{DELAYS, Model, fit, fit_at, scale};
 use bristle_plant::effect::Entry;
@@ -35,8 +35,8 @@ pub(super) fn alike(
         weights,
         ..
     } = seen;
-    let model = Model::base(without, records, OWN)?;
-    let with = Model::base(with, records, OWN)?;
+    let model = Model::base(without, records, DOUBT)?;
+    let with = Model::base(with, records, DOUBT)?;
     let rest = with.left_over(records, &with.start())?;
     let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
     let apart = |left_over: &[f64]| {

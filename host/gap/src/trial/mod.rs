@@ -21,6 +21,7 @@ use crate::error::InputError;
 use crate::hygiene::{Finding, Severity, inspect};
 use crate::inverse::{Model, Record, fit_alone, scale};
 use crate::log::Log;
+use crate::signal::rms;
 use bristle_plant::effect::{ALL, Entry};
 use dice::Dice;
 use experiments::Task;
@@ -91,8 +92,6 @@ impl Trial {
 
 /// Axes and sets of experiments that are tried before an effect counts as one that cannot be shown.
 const DRAWS: u64 = 24;
-/// Standard deviation of an own parameter, as a share of it: as a diagnosis believes them.
-const OWN: f64 = DOUBT;
 /// Sizes that are tried on an axis.
 const SIZES: usize = 9;
 /// The share is met to within this part of itself.
@@ -131,7 +130,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         let Some((mut logs, clean)) = attempt.play(&plant.axis, None)? else {
             continue;
         };
-        let floor_nm = rms(&clean.left_over_nm);
+        let floor_nm = rms(clean.left_over_nm.iter().copied());
         let mut truth = plant.axis.clone();
         let mut gap_nm = 0.0;
         let mut told = None;
@@ -153,7 +152,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
                 continue;
             };
             logs = with;
-            gap_nm = beyond(rms(&seen.left_over_nm), floor_nm);
+            gap_nm = beyond(rms(seen.left_over_nm.iter().copied()), floor_nm);
             let without = |place: usize| {
                 let mut without = truth.clone();
                 without.effects.remove(place);
@@ -237,11 +236,11 @@ impl Attempt<'_> {
                 .map(|(_, r)| r)
                 .collect()
         };
-        let model = Model::base(&believed, &records, OWN)?;
+        let model = Model::base(&believed, &records, DOUBT)?;
         let start = model.start();
         let floor_nm = match floor_nm {
             Some(floor_nm) => floor_nm,
-            None => rms(&kept(model.left_over(&records, &start)?)),
+            None => rms(kept(model.left_over(&records, &start)?)),
         };
         let weight = |node: &Node| f64::from(u8::from(counts(node))) / floor_nm;
         let weights: Vec<f64> = nodes.iter().map(weight).collect();
@@ -274,7 +273,9 @@ impl Attempt<'_> {
             truth.effects.push(draft.at(level));
             // An axis that cannot be run with it has too much of it.
             let reached = match self.play(&truth, Some(floor_nm))? {
-                Some((_, seen)) => beyond(rms(&seen.left_over_nm), floor_nm) / floor_nm,
+                Some((_, seen)) => {
+                    beyond(rms(seen.left_over_nm.iter().copied()), floor_nm) / floor_nm
+                }
                 None => f64::INFINITY,
             };
             if (reached / share - 1.0).abs() < WITHIN {
@@ -310,10 +311,6 @@ impl Attempt<'_> {
 fn is_sound(log: &Log, axis: &AxisFile) -> bool {
     let fatal = |finding: &Finding| finding.severity == Severity::Fatal;
     inspect(log, axis).is_ok_and(|hygiene| !hygiene.findings.iter().any(fatal))
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// What has to be added to a floor, in squares, to make a whole.

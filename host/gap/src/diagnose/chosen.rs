@@ -1,0 +1,161 @@
+//! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
+
+use super::accuse::{
+    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution,
+    explained, follows_acceleration,
+};
+use super::ceiling;
+use super::hypothesis::{Hypothesis, of_noise};
+use super::left::Left;
+use super::regime::Regime;
+use super::tried::Search;
+
+/// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
+const MOVE_MATTERS: f64 = 0.5;
+
+/// The best hypothesis beside the simulator alone.
+pub(super) struct Chosen<'a> {
+    search: &'a Search,
+    /// It, or the simulator where there is none.
+    pub(super) best: &'a Hypothesis,
+    /// Nats that its held-out score gains; none where there is none.
+    gain: Option<f64>,
+    /// Times of what is open that are left without and with it.
+    times: [f64; 2],
+    /// The same of root-mean-squares in motion.
+    rms_times: [f64; 2],
+    /// Weighted squares that are left.
+    squares: [f64; 2],
+    /// Share of the gap that it explains.
+    pub(super) explained: f64,
+}
+
+impl<'a> Chosen<'a> {
+    pub(super) fn new(search: &'a Search) -> Self {
+        let base = &search.base;
+        let chosen = choose(search);
+        let best = chosen.unwrap_or(base);
+        let (noise, nodes) = (&search.noise, &search.nodes);
+        let times = [base, best].map(|h| noise.times_open(nodes, &h.held_out));
+        let moving = [Regime::Low, Regime::Sliding];
+        Self {
+            best,
+            gain: chosen.map(|h| h.score - base.score),
+            times,
+            rms_times: [base, best].map(|h| noise.rms_times_open(nodes, &h.held_out, &moving)),
+            squares: [base, best].map(|h| search.weighted_squares(h)),
+            explained: explained(times[0], times[1]),
+            search,
+        }
+    }
+
+    /// Whether it is accused: it gains beyond its null, and is shown, matters or is evident.
+    pub(super) fn is_accused(&self) -> bool {
+        let &Self { search, best, .. } = self;
+        let Some(gain) = self.gain else {
+            return false;
+        };
+        let null = match best.ids()[..] {
+            [id] => search.null(id),
+            _ => None,
+        };
+        let (nats, takes) = null.map_or((0.0, 0.0), |null| {
+            (
+                NULLS_VARY * null.nats.max(0.0),
+                contribution(null.times[0], null.times[1]),
+            )
+        });
+        let matters =
+            |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(takes);
+        let [before, after] = self.rms_times;
+        let of_moments = matters(self.rms_times) && explained(before, after) > OF_MOMENTS;
+        let explains = (matters(self.times) || of_moments) && self.explained > SHARE;
+        let evidence = best.log_evidence() - search.base.log_evidence() - nats;
+        let evident = evidence > BY_EVIDENCE.0
+            && self.squares[1] < (1.0 - BY_EVIDENCE.1) * self.squares[0]
+            && !follows_acceleration(search, best);
+        gain - nats > ACCUSES && (self.is_by_itself() || self.spares() || explains || evident)
+    }
+
+    /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
+    fn spares(&self) -> bool {
+        self.best.log_belief - self.search.base.log_belief > ACCUSES
+            && self.given_contributes(self.times[1])
+    }
+
+    /// Whether what the refit of the simulator's own parameters took away matters.
+    pub(super) fn refit_matters(&self) -> bool {
+        let search = self.search;
+        let as_given = search.noise.log_density(&search.nodes, &search.as_given);
+        search.base.score - as_given > ACCUSES && self.given_contributes(self.times[0])
+    }
+
+    /// Whether the simulator as it stands leaves over that much more than `times` of what is open. What the method would leave over
+    /// of parameters that are right moves none of them.
+    fn given_contributes(&self, times: f64) -> bool {
+        let search = self.search;
+        let of_given = search.noise.clone().at_least(&search.own_as_given);
+        let given = of_given.times_open(&search.nodes, &search.as_given);
+        contribution(given, times) > MOVE_MATTERS
+    }
+
+    /// Whether positions show it by themselves, whatever else is there.
+    pub(super) fn is_shown(&self) -> bool {
+        self.gain.is_some() && self.search.shown.is_some_and(|id| self.best.ids() == [id])
+    }
+
+    /// Whether it is seen in the positions.
+    pub(super) fn is_by_itself(&self) -> bool {
+        self.is_shown() || of_noise(self.best)
+    }
+
+    /// Whether it stands for something that no list has: it leaves much in sliding, or what depends smoothly on where an axis is and
+    /// how it moves.
+    pub(super) fn stands_for_another(&self, left: &Left) -> bool {
+        let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
+        let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
+        let is_foreign = || left.much && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
+        !of_noise(self.best) && !takes_all && (slides_off || is_foreign())
+    }
+
+    /// What explains best what lies below what is open: bristles whatever is accused, else only where nothing is.
+    pub(super) fn small(&self, accused: bool) -> Vec<&'a Hypothesis> {
+        let bristles = |h: &Hypothesis| brings_bristles(self.search, h);
+        if accused && !bristles(self.best) {
+            return Vec::new();
+        }
+        let small = below_open(self.search);
+        // Which bristles is told by what the axis does while it hardly moves.
+        if accused && small.first().is_some_and(|h| !bristles(h)) {
+            return Vec::new();
+        }
+        small
+    }
+
+    /// Places of those that tie with it, itself among them.
+    pub(super) fn tied(&self, ranked: &[Hypothesis]) -> Vec<usize> {
+        let &Self { search, best, .. } = self;
+        let limit = best.log_evidence() - TIES.0.max(TIES.1 * self.gain.unwrap_or_default());
+        let ties = |h: &Hypothesis| {
+            let squares = search.weighted_squares(h) - self.squares[1];
+            h.log_evidence() >= limit
+                || h.log_evidence() >= best.log_evidence() - TIES_BUT_FOR_PRIORS
+                    && squares < 2.0 * TIES.0
+        };
+        // What positions show by themselves ties with nothing.
+        let by_itself = self.is_by_itself();
+        let tied =
+            |h: &Hypothesis| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h);
+        // All of them explain what is above what is open: what lies below it may tell them apart.
+        let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes) + h.log_occam;
+        let most = ranked.iter().filter(|h| tied(h)).map(of_all);
+        let least = most.fold(f64::NEG_INFINITY, f64::max) - ACCUSES;
+        ranked
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| tied(h) && of_all(h) >= least)
+            .map(|(place, _)| place)
+            .collect()
+    }
+}
