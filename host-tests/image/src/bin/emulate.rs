@@ -77,6 +77,9 @@ fn run(image: &str, raw: &str, seconds: &str) -> Result<(), String> {
 /// Ticks between two looks at the connections: a millisecond, as a probe polls.
 const LOOK_TICKS: u64 = 10;
 
+/// Bytes of orders that are given to the image at once.
+const PIECE: usize = 16;
+
 /// Connections: what the image says goes to all of them.
 #[derive(Clone, Default)]
 struct Clients(Rc<RefCell<Vec<TcpStream>>>);
@@ -106,27 +109,30 @@ fn serve(session: &mut Session<'_>, address: &str, seconds: u32) -> Result<(), S
     session.raw = Some(Box::new(clients.clone()));
     let begun = Instant::now();
     let end = u64::from(seconds) * TICKS_PER_S;
+    let mut orders = Vec::new();
     for ticks in (0..end).step_by(LOOK_TICKS as usize) {
         if let Ok((client, _)) = listener.accept() {
             client.set_nonblocking(true).map_err(text)?;
             clients.0.borrow_mut().push(client);
         }
-        let mut orders = Vec::new();
-        clients.0.borrow_mut().retain_mut(|client| {
-            let mut bytes = [0; 256];
-            match client.read(&mut bytes) {
-                Ok(0) => false,
-                Ok(count) => {
-                    orders.extend_from_slice(&bytes[..count]);
-                    true
+        // What the image has no room for yet, as before its link is up, waits, and what comes after it with it.
+        if orders.is_empty() {
+            clients.0.borrow_mut().retain_mut(|client| {
+                let mut bytes = [0; 256];
+                match client.read(&mut bytes) {
+                    Ok(0) => false,
+                    Ok(count) => {
+                        orders.extend_from_slice(&bytes[..count]);
+                        true
+                    }
+                    Err(error) => error.kind() == ErrorKind::WouldBlock,
                 }
-                Err(error) => error.kind() == ErrorKind::WouldBlock,
-            }
-        });
-        if !orders.is_empty()
-            && let Err(error) = session.give(&orders)
+            });
+        }
+        while let Some(piece) = orders.chunks(PIECE).next()
+            && session.give(piece).is_ok()
         {
-            eprintln!("orders dropped: {error}");
+            orders.drain(..piece.len());
         }
         session.run(LOOK_TICKS).map_err(|e| format!("{e:?}"))?;
         let due = Duration::from_micros((ticks + LOOK_TICKS) * 100);
