@@ -116,6 +116,7 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
     let length_rad = bin_rad * length as f64;
     let first = fullest(&moving, low, length_rad);
     let inside = |q: &&f64| (first..first + length_rad).contains(*q);
+    let near: Vec<f64> = moving.iter().filter(inside).copied().collect();
     let mut seen = vec![0.0_f64; length];
     for q in position_rad.iter().filter(inside) {
         seen[((q - first) / bin_rad).round() as usize % length] += 1.0;
@@ -146,7 +147,6 @@ pub fn grid_rad(position_rad: &[f64], rad_per_count: f64) -> Option<f64> {
         while top + 1 < fastest && share_2(top + 1) > share_2(top) {
             top += 1;
         }
-        let near: Vec<f64> = moving.iter().filter(inside).copied().collect();
         let waves = most_in_step(top as f64, 1.0, length_rad, &near);
         let lengths = (high - low) / length_rad;
         let waves = most_in_step(

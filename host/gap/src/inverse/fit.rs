@@ -84,10 +84,14 @@ pub fn fit_near_until(
     start: Vec<f64>,
     known: &DMatrix<f64>,
 ) -> Result<Fit, InputError> {
-    let problem = Problem::new(model, records, weights, start, Some(known))?;
-    Ok(problem
-        .settled(cost_stands_still)
-        .into_fit(DMatrix::zeros(0, 0)))
+    fit_until(
+        cost_stands_still,
+        model,
+        records,
+        weights,
+        start,
+        Some(known),
+    )
 }
 
 /// As [`fit`], but without the Jacobian where it comes out, which takes a pass over the records for each parameter.
@@ -100,7 +104,7 @@ pub fn fit_alone(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    fit_until(STANDS_STILL, model, records, weights, start)
+    fit_until(STANDS_STILL, model, records, weights, start, None)
 }
 
 /// As [`fit_alone`], no further than a start takes to show what it promises.
@@ -113,7 +117,7 @@ pub fn fit_roughly(
     weights: &[f64],
     start: Vec<f64>,
 ) -> Result<Fit, InputError> {
-    fit_until(PROMISES, model, records, weights, start)
+    fit_until(PROMISES, model, records, weights, start, None)
 }
 
 fn fit_until(
@@ -122,8 +126,9 @@ fn fit_until(
     records: &[Record],
     weights: &[f64],
     start: Vec<f64>,
+    known: Option<&DMatrix<f64>>,
 ) -> Result<Fit, InputError> {
-    let problem = Problem::new(model, records, weights, start, None)?;
+    let problem = Problem::new(model, records, weights, start, known)?;
     Ok(problem
         .settled(cost_stands_still)
         .into_fit(DMatrix::zeros(0, 0)))
