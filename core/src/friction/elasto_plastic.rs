@@ -179,14 +179,15 @@ impl<T: Real, C: Curve<T>> Friction<T> for ElastoPlastic<T, C> {
         self.torque_nm(next, v, plastic)
     }
 
-    /// The curve is read once.
-    fn step_twice(&self, state: &mut State<T>, motion: Motion<T>) -> T {
+    /// The curve is read once, or not at all.
+    fn step_twice(&self, state: &mut State<T>, motion: Motion<T>, level_nm: Option<T>) -> T {
         if !motion.is_usable() {
             return self.stiffness_nm_rad * state.z_rad;
         }
         let v = motion.velocity_rad_s;
         let dq = motion.displacement_rad(self.z_max_rad);
-        let z_ss = self.z_ss_rad(v.abs());
+        let level_nm = level_nm.unwrap_or_else(|| self.curve.level_nm(v.abs()));
+        let z_ss = level_nm * self.compliance_rad_nm;
         let (half_way, plastic) = self.deflect(state.z_rad, dq, z_ss);
         state.z_rad = self.deflect(half_way, dq, z_ss).0;
         self.torque_nm(half_way, v, plastic)
@@ -266,7 +267,8 @@ mod tests {
             };
             let friction_nm = model.step(&mut by_one, motion);
             model.step(&mut by_one, motion);
-            assert_eq!(model.step_twice(&mut at_once, motion), friction_nm);
+            let known = (k % 2 == 0).then(|| model.curve().level_nm(motion.velocity_rad_s.abs()));
+            assert_eq!(model.step_twice(&mut at_once, motion, known), friction_nm);
             assert_eq!(at_once, by_one);
         }
     }

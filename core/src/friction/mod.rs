@@ -92,8 +92,10 @@ pub trait Friction<T: Real> {
     /// Advances the state by one step and gives the friction torque in it, N m.
     fn step(&self, state: &mut Self::State, motion: Motion<T>) -> T;
 
-    /// Advances by two such steps and gives the friction torque in the first, N m.
-    fn step_twice(&self, state: &mut Self::State, motion: Motion<T>) -> T {
+    /// Advances by two such steps and gives the friction torque in the first, N m. `level_nm` is that of dry friction in sliding
+    /// at this velocity, where it is known already.
+    fn step_twice(&self, state: &mut Self::State, motion: Motion<T>, level_nm: Option<T>) -> T {
+        let _ = level_nm;
         let friction_nm = self.step(state, motion);
         self.step(state, motion);
         friction_nm

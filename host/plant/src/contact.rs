@@ -6,8 +6,14 @@ use bristle_core::friction::{Friction, Motion};
 pub trait Contact: Send {
     /// Advances by one step and gives the friction torque, N m.
     fn step(&mut self, motion: Motion<f64>) -> f64;
+    /// The same where the level of dry friction in sliding at this velocity is known, N m.
+    fn step_at(&mut self, motion: Motion<f64>, level_nm: f64) -> f64 {
+        let _ = level_nm;
+        self.step(motion)
+    }
     /// See [`Friction::step_twice`].
-    fn step_twice(&mut self, motion: Motion<f64>) -> f64 {
+    fn step_twice(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64 {
+        let _ = level_nm;
         let friction_nm = self.step(motion);
         self.step(motion);
         friction_nm
@@ -68,8 +74,8 @@ where
         self.model.step(&mut self.state, motion)
     }
 
-    fn step_twice(&mut self, motion: Motion<f64>) -> f64 {
-        self.model.step_twice(&mut self.state, motion)
+    fn step_twice(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64 {
+        self.model.step_twice(&mut self.state, motion, level_nm)
     }
 
     fn deflection_rad(&self) -> f64 {

@@ -60,12 +60,12 @@ impl Levelled {
         let times = (dry_nm / own_nm.max(f64::MIN_POSITIVE)).clamp(TIMES[0], TIMES[1]);
         self.contact.rescale(self.times / times);
         self.times = times;
-        times
-            * self.contact.step(Motion {
-                velocity_rad_s: motion.velocity_rad_s / times,
-                applied_nm: motion.applied_nm / times,
-                dt_s: motion.dt_s,
-            })
+        let own = Motion {
+            velocity_rad_s: motion.velocity_rad_s / times,
+            applied_nm: motion.applied_nm / times,
+            dt_s: motion.dt_s,
+        };
+        times * self.contact.step_at(own, own_nm)
     }
 
     /// Advances by one step at its own level.

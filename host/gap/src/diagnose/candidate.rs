@@ -256,54 +256,58 @@ impl<'a> Background<'a> {
         entry: &'static Entry,
         starts: &[Start],
     ) -> Result<Option<(Model, Fit)>, InputError> {
-        self.try_until(STANDS_STILL, entry, starts)
-    }
-
-    /// The same, until the cost changes by less than this part of itself.
-    ///
-    /// # Errors
-    /// See [`Self::try_effect`].
-    pub(super) fn try_until(
-        &self,
-        cost_stands_still: f64,
-        entry: &'static Entry,
-        starts: &[Start],
-    ) -> Result<Option<(Model, Fit)>, InputError> {
         let mut best: Option<(Model, Fit)> = None;
         for start in starts {
-            let mut model = self.with(entry, start);
-            let mut from = self.fit.at.clone();
-            from.extend(model.start().into_iter().skip(from.len()));
-            // Its bristles are in series with the simulator's, which have to make room.
-            if entry.id == IN_SERIES
-                && let Some(stiffness) = model.free.iter().position(is_stiffness)
+            let fitted = self.fitted(STANDS_STILL, entry, start)?;
+            if best
+                .as_ref()
+                .is_none_or(|(_, other)| fitted.1.cost < other.cost)
             {
-                from[stiffness] += MAKES_ROOM.ln();
-            }
-            // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
-            model.scales_effort |= !entry.cuts() && model.changes_gain(self.records, &from)?;
-            let near = |model: &Model, from: Vec<f64>| {
-                let known = &self.fit.jacobian;
-                fit_near_until(
-                    cost_stands_still,
-                    model,
-                    self.records,
-                    self.weights,
-                    from,
-                    known,
-                )
-            };
-            let mut fit = near(&model, from)?;
-            // Where it came out it may, where it started not.
-            if !model.scales_effort && !entry.cuts() && model.changes_gain(self.records, &fit.at)? {
-                model.scales_effort = true;
-                fit = near(&model, fit.at)?;
-            }
-            if best.as_ref().is_none_or(|(_, other)| fit.cost < other.cost) {
-                best = Some((model, fit));
+                best = Some(fitted);
             }
         }
         Ok(best)
+    }
+
+    /// The same from one start, until the cost changes by less than this part of itself.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn fitted(
+        &self,
+        cost_stands_still: f64,
+        entry: &'static Entry,
+        start: &Start,
+    ) -> Result<(Model, Fit), InputError> {
+        let mut model = self.with(entry, start);
+        let mut from = self.fit.at.clone();
+        from.extend(model.start().into_iter().skip(from.len()));
+        // Its bristles are in series with the simulator's, which have to make room.
+        if entry.id == IN_SERIES
+            && let Some(stiffness) = model.free.iter().position(is_stiffness)
+        {
+            from[stiffness] += MAKES_ROOM.ln();
+        }
+        // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
+        model.scales_effort |= !entry.cuts() && model.changes_gain(self.records, &from)?;
+        let near = |model: &Model, from: Vec<f64>| {
+            let known = &self.fit.jacobian;
+            fit_near_until(
+                cost_stands_still,
+                model,
+                self.records,
+                self.weights,
+                from,
+                known,
+            )
+        };
+        let mut fit = near(&model, from)?;
+        // Where it came out it may, where it started not.
+        if !model.scales_effort && !entry.cuts() && model.changes_gain(self.records, &fit.at)? {
+            model.scales_effort = true;
+            fit = near(&model, fit.at)?;
+        }
+        Ok((model, fit))
     }
 }
 

@@ -105,7 +105,7 @@ impl Again<'_> {
         let background = self.ground.background(weights, fitted);
         let screened = screen(&background, entries, &|_| ());
         let found = fit_best(&background, &screened, entries.len(), false)?;
-        self.ground.with_jacobians(found, weights)
+        Ok(found.into_iter().map(Tried::new).collect())
     }
 
     /// An effect looked at again.
@@ -143,7 +143,8 @@ impl Again<'_> {
             weights,
         } = &one;
         let of_simulator = self.ground.model.free.len();
-        let known = fit.jacobian.columns(0, of_simulator).into_owned();
+        let known = self.ground.jacobian(model, fit, weights, weights)?;
+        let known = known.columns(0, of_simulator).into_owned();
         let near = near(model, fit).into_par_iter().filter_map(|at| {
             let fit = fit_near(model, records, weights, at, &known).ok()?;
             Some((model.clone(), fit))

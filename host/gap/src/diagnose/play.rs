@@ -2,6 +2,7 @@
 //! which they did not, and no step of a fit leads from the one to the other.
 
 use super::candidate::{Background, Screened, Start};
+use super::screen::Found;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_near};
 use bristle_plant::effect::Entry;
@@ -33,21 +34,23 @@ pub(super) fn springs(entry: &Entry) -> bool {
     [COUPLING, PLAY].contains(&entry.id)
 }
 
-/// Tries the play among `screened` about the coupling among `found`, and puts it there where it does better than the
-/// coupling, and than the play that was found.
+/// Tries the play among `screened` about the coupling among `found`, of which the first `settled` were fitted to the end, and puts
+/// it there where it does better than the coupling, and than the play that was found.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
 pub(super) fn try_about_coupling(
     background: &Background<'_>,
     screened: &[Screened],
-    found: &mut Vec<(&'static Entry, Model, Fit)>,
+    found: &mut Vec<Found>,
+    settled: usize,
 ) -> Result<(), InputError> {
-    let of = |id: &str| found.iter().find(|(entry, ..)| entry.id == id);
+    let place = |id: &str| found.iter().position(|(entry, ..)| entry.id == id);
     let play = screened.iter().find(|(entry, _)| entry.id == PLAY);
-    let (Some((play, _)), Some((_, with, coupled))) = (play, of(COUPLING)) else {
+    let (Some((play, _)), Some(coupling)) = (play, place(COUPLING)) else {
         return Ok(());
     };
+    let (_, with, coupled) = &found[coupling];
     let brought = background.fit.cost - coupled.cost;
     let costs = found.iter().map(|(.., fit)| fit.cost);
     let least = costs.fold(f64::INFINITY, f64::min);
@@ -61,9 +64,13 @@ pub(super) fn try_about_coupling(
     let fitted = |model: &Model, at: Vec<f64>| {
         fit_near(model, background.records, background.weights, at, known)
     };
-    let coupled = &fitted(with, coupled.at.clone())?;
+    let coupled = &if coupling < settled {
+        coupled.clone()
+    } else {
+        fitted(with, coupled.at.clone())?
+    };
     let brought = background.fit.cost - coupled.cost;
-    let found_before = of(PLAY).map_or(f64::INFINITY, |(_, _, fit)| fit.cost);
+    let found_before = place(PLAY).map_or(f64::INFINITY, |at| found[at].2.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
     let own = &coupled.at[..background.model.free.len()];
     let begun = |starts: Vec<Start>| {

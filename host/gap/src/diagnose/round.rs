@@ -7,7 +7,7 @@ use super::hypothesis::{Hypothesis, Judge, fitted_ones, log_belief, sort};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::signature;
-use super::single::{Ground, Tried, rescaled};
+use super::single::{Ground, Tried};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_at, fit_near};
 use bristle_plant::effect::Entry;
@@ -107,8 +107,9 @@ impl Round {
 }
 
 /// The noise that the best effect leaves, weights by it, and what the method leaves over of that effect's own records or of the
-/// simulator's alone, which is `own`, whichever is less. Where it leaves something, but one of the best nothing once that is
-/// fitted with its own noise, again and again, that noise is the right one; else it is a regime that a fit would hold as noise.
+/// simulator's alone, which is `own`, whichever is less. Where it leaves something, but nothing once it is fitted with its own noise,
+/// again and again, that noise is the right one; so is that of another of the best where only that one leaves nothing so. Else what is
+/// left is a regime that a fit would hold as noise.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -157,14 +158,16 @@ pub(super) fn noise_of_best(
         let score = first.log_density(nodes, &fit.left_over) + log_belief(&model, &fit.at);
         Ok((score, fit, noise))
     };
-    let settled = order
-        .par_iter()
-        .map(settled)
-        .collect::<Result<Vec<_>, _>>()?;
-    let explains = settled
-        .into_iter()
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(_, fit, noise)| !something(noise, fit));
+    let explains = |(_, fit, noise): &(f64, Fit, Noise)| !something(noise, fit);
+    let of_best = settled(best)?;
+    let explains = if explains(&of_best) {
+        Some(of_best)
+    } else {
+        let others = order[1..].par_iter().map(settled);
+        let others = others.collect::<Result<Vec<_>, _>>()?;
+        let all = others.into_iter().chain([of_best]);
+        all.max_by(|a, b| a.0.total_cmp(&b.0)).filter(explains)
+    };
     Ok(Some(match explains {
         Some((.., noise)) => {
             let weights = noise.weights(nodes);
@@ -213,7 +216,7 @@ impl Settling<'_> {
         let &Ground { records, nodes, .. } = self.ground;
         let density = |fit: &Fit| self.compared.log_density(nodes, &fit.left_over);
         for _ in 0..self.most {
-            let known = rescaled(&one.fit, &one.weights, &weights);
+            let known = (self.ground).jacobian(&one.model, &one.fit, &one.weights, &weights)?;
             let fit = fit_near(&one.model, records, &weights, one.fit.at.clone(), &known)?;
             let gained = density(&fit) - density(&one.fit);
             if gained <= self.least_gain {

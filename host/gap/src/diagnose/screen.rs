@@ -17,6 +17,9 @@ const CLOSE: f64 = 0.6;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
 const WORTH_A_FIT: f64 = 12.0;
 
+/// An effect, the simulator with it, and its fit.
+pub(super) type Found = (&'static Entry, Model, Fit);
+
 /// What the best start of an effect promises.
 pub(super) fn gain(starts: &[Start]) -> f64 {
     starts.first().map_or(0.0, |start| start.gain)
@@ -52,7 +55,7 @@ pub(super) fn fit_best(
     screened: &[Screened],
     most: usize,
     unpromising: bool,
-) -> Result<Vec<(&'static Entry, Model, Fit)>, InputError> {
+) -> Result<Vec<Found>, InputError> {
     let promising = screened
         .iter()
         .take(most)
@@ -67,38 +70,47 @@ pub(super) fn fit_best(
         })
         .map(|(_, one)| one);
     let all: Vec<&Screened> = promising.chain(never_zero).collect();
-    let mut all: Vec<(&'static Entry, Vec<Start>)> = all
+    let effects = all.len();
+    let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()
-        .map(|(entry, starts)| {
+        .flat_map(|(entry, starts)| {
             let close = |start: &&Start| start.gain > CLOSE * gain(starts);
             let first = starts.iter().take(1);
             let close = starts.iter().take(STARTS).skip(1).filter(close);
-            (*entry, first.chain(close).cloned().collect())
+            first.chain(close).map(|start| (*entry, start))
         })
         .collect();
-    let fitted = |cost_stands_still: f64, all: &[Screened]| -> Result<Vec<_>, InputError> {
-        let fitted = all.par_iter().map(|(entry, starts)| {
-            let fit = background.try_until(cost_stands_still, entry, starts)?;
-            Ok(fit.map(|(model, fit)| (*entry, model, fit)))
-        });
-        Ok(fitted
-            .collect::<Result<Vec<_>, InputError>>()?
-            .into_iter()
-            .flatten()
-            .collect())
-    };
     let mut further = Vec::new();
-    if all.len() > SETTLED {
-        further = fitted(PROMISES, &all)?;
-        further.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
-        let settled: Vec<&str> = further
-            .drain(..SETTLED.min(further.len()))
-            .map(|one| one.0.id)
-            .collect();
-        all.retain(|(entry, _)| settled.contains(&entry.id));
+    if effects > SETTLED {
+        further = fitted(background, PROMISES, &all)?;
+        let settled = further.drain(..SETTLED.min(further.len()));
+        all = settled.map(|(start, (entry, ..))| (entry, start)).collect();
     }
-    let mut found = fitted(STANDS_STILL, &all)?;
-    found.extend(further);
-    play::try_about_coupling(background, screened, &mut found)?;
+    let settled = fitted(background, STANDS_STILL, &all)?;
+    let settles = settled.len();
+    let found = settled.into_iter().chain(further).map(|(_, one)| one);
+    let mut found: Vec<Found> = found.collect();
+    play::try_about_coupling(background, screened, &mut found, settles)?;
     Ok(found)
+}
+
+/// Each effect from the start that it does best from, best first, fitted until the cost changes by less than a part of itself.
+fn fitted<'a>(
+    background: &Background<'_>,
+    cost_stands_still: f64,
+    starts: &[(&'static Entry, &'a Start)],
+) -> Result<Vec<(&'a Start, Found)>, InputError> {
+    let fitted = starts.par_iter().map(|&(entry, start)| {
+        let (model, fit) = background.fitted(cost_stands_still, entry, start)?;
+        Ok((start, (entry, model, fit)))
+    });
+    let mut fitted = fitted.collect::<Result<Vec<_>, InputError>>()?;
+    fitted.sort_by(|a, b| a.1.2.cost.total_cmp(&b.1.2.cost));
+    let mut seen: Vec<&str> = Vec::new();
+    fitted.retain(|(_, (entry, ..))| {
+        let first = !seen.contains(&entry.id);
+        seen.push(entry.id);
+        first
+    });
+    Ok(fitted)
 }

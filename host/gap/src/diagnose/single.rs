@@ -4,7 +4,7 @@ use super::accuse::{NOTHING, leaves};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
-use super::screen::{fit_best, screen};
+use super::screen::{Found, fit_best, screen};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
 use bristle_plant::effect::{Entry, Scale};
@@ -26,7 +26,14 @@ const STRAYS: f64 = 2.0;
 pub(super) struct Tried {
     pub(super) entry: &'static Entry,
     pub(super) model: Model,
+    /// Without a Jacobian where it was not fitted further.
     pub(super) fit: Fit,
+}
+
+impl Tried {
+    pub(super) fn new((entry, model, fit): Found) -> Self {
+        Self { entry, model, fit }
+    }
 }
 
 /// What effects are tried on.
@@ -87,23 +94,30 @@ impl Ground<'_> {
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
         found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
         found.truncate(KEPT);
-        Ok((screened, self.with_jacobians(found, weights)?))
+        Ok((screened, found.into_iter().map(Tried::new).collect()))
     }
 
-    /// What was found with these weights, with the Jacobian where it came out.
+    /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub(super) fn with_jacobians(
+    pub(super) fn jacobian(
         &self,
-        found: Vec<(&'static Entry, Model, Fit)>,
-        weights: &[f64],
-    ) -> Result<Vec<Tried>, InputError> {
-        let tried = found.into_iter().map(|(entry, model, fit)| {
-            let fit = fit_at(&model, self.records, weights, fit.at)?;
-            Ok(Tried { entry, model, fit })
-        });
-        tried.collect()
+        model: &Model,
+        fit: &Fit,
+        old: &[f64],
+        new: &[f64],
+    ) -> Result<DMatrix<f64>, InputError> {
+        let mut jacobian = if fit.jacobian.is_empty() {
+            fit_at(model, self.records, old, fit.at.clone())?.jacobian
+        } else {
+            fit.jacobian.clone()
+        };
+        for (row, (new, old)) in new.iter().zip(old).enumerate() {
+            let times = if *old > 0.0 { new / old } else { 0.0 };
+            jacobian.row_mut(row).scale_mut(times);
+        }
+        Ok(jacobian)
     }
 
     /// The simulator alone and with each effect, fitted anew once noise and weights have changed; best first. Where the best one leaves
@@ -120,7 +134,7 @@ impl Ground<'_> {
         weights: &[f64],
     ) -> Result<(Fit, Vec<Tried>), InputError> {
         let again = |model: &Model, fit: Fit| {
-            let known = rescaled(&fit, old, weights);
+            let known = self.jacobian(model, &fit, old, weights)?;
             fit_near(model, self.records, weights, fit.at, &known)
                 .and_then(|fit| fit_at(model, self.records, weights, fit.at))
         };
@@ -155,16 +169,6 @@ impl Ground<'_> {
         tried.extend(further);
         Ok((fitted, tried))
     }
-}
-
-/// The Jacobian of a fit as it is with other weights.
-pub(super) fn rescaled(fit: &Fit, old: &[f64], new: &[f64]) -> DMatrix<f64> {
-    let mut jacobian = fit.jacobian.clone();
-    for (row, (new, old)) in new.iter().zip(old).enumerate() {
-        let times = if *old > 0.0 { new / old } else { 0.0 };
-        jacobian.row_mut(row).scale_mut(times);
-    }
-    jacobian
 }
 
 /// All fitted anew by a function of model and fit, best first.

@@ -91,10 +91,11 @@ struct HalfWay(Box<dyn Contact>);
 
 impl Contact for HalfWay {
     fn step(&mut self, motion: ContactMotion<f64>) -> f64 {
-        self.0.step_twice(ContactMotion {
-            dt_s: 0.5 * motion.dt_s,
-            ..motion
-        })
+        self.0.step_twice(half(motion), None)
+    }
+
+    fn step_at(&mut self, motion: ContactMotion<f64>, level_nm: f64) -> f64 {
+        self.0.step_twice(half(motion), Some(level_nm))
     }
 
     fn deflection_rad(&self) -> f64 {
@@ -111,6 +112,13 @@ impl Contact for HalfWay {
 
     fn rescale(&mut self, times: f64) {
         self.0.rescale(times);
+    }
+}
+
+fn half(motion: ContactMotion<f64>) -> ContactMotion<f64> {
+    ContactMotion {
+        dt_s: 0.5 * motion.dt_s,
+        ..motion
     }
 }
 

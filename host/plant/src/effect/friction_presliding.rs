@@ -78,12 +78,25 @@ impl Effect for Presliding {
     }
 }
 
+impl OnBristles {
+    /// Level of dry friction, N m.
+    fn dry_nm(&self, velocity_rad_s: f64) -> f64 {
+        let speed_rad_s = velocity_rad_s.abs().max(self.creep_rad_s);
+        self.inner.steady_state_nm(speed_rad_s) - self.viscous_nm_s_rad * speed_rad_s
+    }
+}
+
 impl Contact for OnBristles {
     fn step(&mut self, motion: Motion<f64>) -> f64 {
-        let speed_rad_s = motion.velocity_rad_s.abs().max(self.creep_rad_s);
-        let level_nm = self.inner.steady_state_nm(speed_rad_s);
-        let dry_nm = level_nm - self.viscous_nm_s_rad * speed_rad_s;
+        let dry_nm = self.dry_nm(motion.velocity_rad_s);
         self.bristles.step(motion, dry_nm) + self.viscous_nm_s_rad * motion.velocity_rad_s
+    }
+
+    fn step_twice(&mut self, motion: Motion<f64>, _: Option<f64>) -> f64 {
+        let dry_nm = self.dry_nm(motion.velocity_rad_s);
+        let first_nm = self.bristles.step(motion, dry_nm);
+        self.bristles.step(motion, dry_nm);
+        first_nm + self.viscous_nm_s_rad * motion.velocity_rad_s
     }
 
     fn deflection_rad(&self) -> f64 {
