@@ -7,7 +7,8 @@ use super::regime::{FOLDS, Node};
 use crate::inverse::{Fit, Model};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A step is cut to so many standard deviations of the fit with all folds: farther out the model is not straight.
+/// A step is cut to so many standard deviations of the fit with all folds, of each parameter and, of those that stand for each other, of what
+/// they are together: farther out the model is not straight.
 const FARTHEST: f64 = 4.0;
 
 /// What each node leaves over under the fit of the other folds, N m.
@@ -41,16 +42,9 @@ pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Ve
     let moves: Vec<DVector<f64>> = parts
         .iter()
         .map(|(square, slope)| {
-            let mut step = Cholesky::new(&whole - square)
+            let step = Cholesky::new(&whole - square)
                 .map_or_else(|| DVector::zeros(columns), |cholesky| cholesky.solve(slope));
-            let far = step
-                .iter()
-                .zip(&deviations)
-                .fold(0.0, |far: f64, (x, deviation)| far.max(x.abs() / deviation));
-            if far > FARTHEST {
-                step *= FARTHEST / far;
-            }
-            step
+            cut(step, &whole, &deviations)
         })
         .collect();
     nodes
@@ -64,6 +58,19 @@ pub fn held_out(model: &Model, fit: &Fit, weights: &[f64], nodes: &[Node]) -> Ve
             fit.left_over[i] + moved / weights[i]
         })
         .collect()
+}
+
+/// A step, no farther than [`FARTHEST`]. `precision` is that of the fit with all folds, `deviations` those of each parameter by it.
+fn cut(step: DVector<f64>, precision: &DMatrix<f64>, deviations: &[f64]) -> DVector<f64> {
+    let each = step.iter().zip(deviations);
+    let each = each.fold(0.0, |far: f64, (x, deviation)| far.max(x.abs() / deviation));
+    let together = (step.dot(&(precision * &step)) / step.len() as f64).sqrt();
+    let far = each.max(together);
+    if far > FARTHEST {
+        step * (FARTHEST / far)
+    } else {
+        step
+    }
 }
 
 /// What data and priors say of the fitted coordinates together: the inverse of their covariance.
@@ -84,5 +91,34 @@ pub fn spreads(model: &Model, fit: &Fit) -> Vec<f64> {
             (0..columns).map(|i| inverse[(i, i)].sqrt()).collect()
         }
         None => vec![f64::INFINITY; columns],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_cut_in_each_parameter_and_in_all_together() {
+        // Two parameters of which the data know the sum to 0.1 and the difference to 10: each to 7.07.
+        let precision = DMatrix::from_row_slice(2, 2, &[50.005, 49.995, 49.995, 50.005]);
+        let deviations = [50.005_f64.sqrt(); 2];
+        let cut = |step: [f64; 2]| {
+            let step = cut(DVector::from_row_slice(&step), &precision, &deviations);
+            [step[0], step[1]]
+        };
+        // Where the sum stays, no farther than four deviations of each; within them as it is.
+        assert_eq!(cut([20.0, -20.0]), [20.0, -20.0]);
+        let far = cut([100.0, -100.0]);
+        assert!(
+            far.iter()
+                .all(|x| (x.abs() / deviations[0] - 4.0).abs() < 1e-9)
+        );
+        // Where it does not: four of 0.1, in the root mean square over two directions.
+        let along = cut([1.0, 1.0]);
+        assert!(
+            along.iter().all(|x| (x - 4.0 * 0.1).abs() < 1e-9),
+            "{along:?}"
+        );
     }
 }
