@@ -8,11 +8,16 @@ use super::accuse::{
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::left::Left;
+use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
+
+/// Times of what is open that two must differ by for what lies below it to tell them apart: the half of a floor beyond which a trial asks
+/// for the right one of two effects.
+const SAME: f64 = 0.5;
 
 /// The best hypothesis beside the simulator alone.
 pub(super) struct Chosen<'a> {
@@ -70,11 +75,13 @@ impl<'a> Chosen<'a> {
             |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(takes);
         let [before, after] = self.rms_times;
         let of_moments = matters(self.rms_times) && explained(before, after) > OF_MOMENTS;
-        let explains = (matters(self.times) || of_moments) && self.explained > SHARE;
         let evidence = best.log_evidence() - search.base.log_evidence() - nats;
+        let explains = (matters(self.times) || of_moments) && self.explained > SHARE
+            || of_moments && evidence > TIES.0;
         let evident = evidence > BY_EVIDENCE.0
             && self.squares[1] < (1.0 - BY_EVIDENCE.1) * self.squares[0]
-            && !follows_acceleration(search, best);
+            && (best.added.iter().all(|entry| springs(entry))
+                || !follows_acceleration(search, best));
         gain - nats > ACCUSES && (self.is_by_itself() || self.spares() || explains || evident)
     }
 
@@ -147,14 +154,21 @@ impl<'a> Chosen<'a> {
         let by_itself = self.is_by_itself();
         let tied =
             |h: &Hypothesis| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h);
-        // All of them explain what is above what is open: what lies below it may tell them apart.
-        let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes) + h.log_occam;
-        let most = ranked.iter().filter(|h| tied(h)).map(of_all);
-        let least = most.fold(f64::NEG_INFINITY, f64::max) - ACCUSES;
+        // All of them explain what is above what is open: what lies below it may tell them apart, unless it is next to nothing.
+        let (noise, nodes) = (&search.noise, &search.nodes);
+        let of_all = |h: &Hypothesis| h.score_of_all(noise, nodes) + h.log_occam;
+        let most = ranked.iter().filter(|h| tied(h));
+        let most = most.max_by(|one, other| of_all(one).total_cmp(&of_all(other)));
+        let keeps = |h: &Hypothesis| {
+            most.is_none_or(|most| {
+                of_all(h) >= of_all(most) - ACCUSES
+                    || noise.apart(nodes, &h.fit.left_over, &most.fit.left_over) < SAME
+            })
+        };
         ranked
             .iter()
             .enumerate()
-            .filter(|(_, h)| tied(h) && of_all(h) >= least)
+            .filter(|(_, h)| tied(h) && keeps(h))
             .map(|(place, _)| place)
             .collect()
     }

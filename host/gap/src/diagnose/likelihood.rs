@@ -240,6 +240,16 @@ impl Noise {
         }
     }
 
+    /// Root mean square of the difference between two rests in motion, in times of what is open.
+    pub fn apart(&self, nodes: &[Node], one: &[f64], other: &[f64]) -> f64 {
+        let moving = |node: &Node| !node.excluded && node.regime != Regime::Rest;
+        rms(nodes
+            .iter()
+            .zip(one.iter().zip(other))
+            .filter(|(node, _)| moving(node))
+            .map(|(node, (one, other))| (one - other) / self.group(node).open_nm))
+    }
+
     /// Whether a rest is as large in every record and regime of motion, to a factor, where three or more of them are long enough to
     /// tell: then it does not depend on what the axis does.
     pub fn is_even(&self, nodes: &[Node], left_over: &[f64], factor: f64) -> bool {

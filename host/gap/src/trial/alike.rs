@@ -1,12 +1,12 @@
 //! Whether a set of experiments cannot tell an effect from the one that is there, known beforehand: the other one is fitted to the
-//! records with the axis's own parameters, from the truth and with the true floor as noise. What it leaves over beyond the truth
-//! is what tells them apart.
+//! records with the axis's own parameters, from the truth and with the true floor as noise. What it leaves over beyond the truth, fitted
+//! alike since when the effort acts is no part of the truth, is what tells them apart.
 
 use super::Seen;
 use crate::believed::Believed;
 use crate::diagnose::{Background, DOUBT};
 use crate::error::InputError;
-use crate::inverse::{DELAYS, Model, fit, fit_at, scale};
+use crate::inverse::{DELAYS, Model, fit, fit_alone, fit_at, scale};
 use bristle_plant::effect::Entry;
 
 /// Part of the floor below which nobody is asked to see the difference: the smallest gap that is asked for is the floor itself.
@@ -37,7 +37,7 @@ pub(super) fn alike(
     } = seen;
     let model = Model::base(without, records, DOUBT)?;
     let with = Model::base(with, records, DOUBT)?;
-    let rest = with.left_over(records, &with.start())?;
+    let rest = fit_alone(&with, records, weights, with.start())?.left_over;
     let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
     let apart = |left_over: &[f64]| {
         let beyond = left_over.iter().zip(&rest).zip(weights);
