@@ -15,7 +15,7 @@ pub(super) const ACCUSES: f64 = 20.0;
 /// error leaves to it.
 pub(super) const MATTERS: f64 = 0.4;
 /// Nats of evidence that an effect must gain, and part of the weighted squares that it must take away, to be accused whatever share that is of times that are counted over all regimes: what
-/// acts in few of them, as friction that remembers a rest, hardly shows there. Of 120 opened axes and trials without an effect one was at 80, the
+/// acts in few of them, as friction that remembers a rest, hardly shows there. Of 97 opened axes and trials without an effect one was at 80, the
 /// others at 45 at most where it was no friction that grows with load, or alike; a load behind a spring was at 2. One that took 0.08 away was at 70.
 pub(super) const BY_EVIDENCE: (f64, f64) = (50.0, 0.1);
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
