@@ -223,9 +223,11 @@ impl Axis {
         self.drive.accept(torque_ref_nm);
         let mut sum = 0.0;
         for step in 0..self.config.steps {
-            self.config.mechanics.drift(&mut self.motion, step_s);
+            // Torque acts half-way through a step (leapfrog): positions that went on by all of it first would lag by half a one, which on an axis of
+            // few steps a sample looks like a delay.
+            self.config.mechanics.drift(&mut self.motion, 0.5 * step_s);
             let mut now = Instant {
-                time_s: start_s + f64::from(step) * step_s,
+                time_s: start_s + (f64::from(step) + 0.5) * step_s,
                 step_s,
                 motion: self.motion,
                 acceleration_rad_s2: self.acceleration_rad_s2,
@@ -256,6 +258,7 @@ impl Axis {
                 inertia_share,
                 step_s,
             );
+            self.config.mechanics.drift(&mut self.motion, 0.5 * step_s);
             let acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
             self.acceleration_rad_s2 = acceleration_rad_s2
                 + self.still_felt * (self.acceleration_rad_s2 - acceleration_rad_s2);

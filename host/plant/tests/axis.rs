@@ -78,6 +78,27 @@ fn halving_the_step() {
 }
 
 #[test]
+fn positions_lag_no_torque_however_few_the_steps() {
+    let curve = Stribeck::constant(1e-12).unwrap();
+    let free = || contact(ElastoPlastic::new(curve, 1e-6, 0.0, 0.0, 0.5).unwrap());
+    for steps in [1, 7] {
+        let mut axis = Axis::new(config(steps), free(), Vec::new());
+        let (mut q, mut v) = (0.0, 0.0);
+        for k in 0..1000 {
+            let torque_nm = 1e-3 * (0.1 * f64::from(k)).sin();
+            axis.advance(torque_nm);
+            // Constant acceleration over a sample.
+            let changes = 1e-4 * torque_nm / 2.5246e-5;
+            q += 1e-4 * (v + 0.5 * changes);
+            v += changes;
+            let lags = axis.truth().motion.position_rad - q;
+            // 1 pN m of friction over 0.1 s.
+            assert!(lags.abs() < 1e-9, "{steps} steps, sample {k}: {lags:e} rad");
+        }
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_run() {
     let noisy = |seed| AxisConfig {
         torque_noise_nm: 1e-4,
