@@ -1,8 +1,9 @@
 //! The virtual axis: one sample of torque reference in, one encoder reading out, and the truth beside it.
 //!
-//! A sample is cut into steps. In each, positions drift at the velocities, then torques change the velocities; with the
-//! friction models' implicit step that is symplectic in stick and bounded in slip. It is of first order: halving the
-//! step halves what is left, see the test `halving_the_step`.
+//! A sample is cut into steps. In each, positions drift at the velocities for half of it, torques change the velocities, and
+//! positions drift for the other half; with the friction models' implicit step that is symplectic in stick and bounded in slip.
+//! Damping acts with the velocity before the step, so that it is of first order: halving the step halves what is left, see the
+//! test `halving_the_step`.
 
 use crate::affected::Affected;
 use crate::contact::{Contact, Levels};
@@ -223,8 +224,7 @@ impl Axis {
         self.drive.accept(torque_ref_nm);
         let mut sum = 0.0;
         for step in 0..self.config.steps {
-            // Torque acts half-way through a step (leapfrog): positions that went on by all of it first would lag by half a one, which on an axis of
-            // few steps a sample looks like a delay.
+            // Torque acts half-way through a step: positions that went on by all of it first would lag by half a one.
             self.config.mechanics.drift(&mut self.motion, 0.5 * step_s);
             let mut now = Instant {
                 time_s: start_s + (f64::from(step) + 0.5) * step_s,

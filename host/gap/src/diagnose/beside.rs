@@ -3,7 +3,7 @@
 use super::accuse::{ACCUSES, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, of_noise, sort};
-use super::screen::{by_promise, fit_best, screen};
+use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit_at};
@@ -152,7 +152,7 @@ impl Pairs<'_> {
         let ground = self.ground(from);
         let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, false)?
             .into_iter()
-            .map(|(entry, model, fit)| {
+            .map(|Tried { entry, model, fit }| {
                 let mut added = from.added.clone();
                 added.push(entry);
                 let fit = fit_at(&model, records, weights, fit.at)?;

@@ -6,8 +6,8 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::log_belief;
 use super::own::Own;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
-use super::screen::{fit_best, screen};
-use super::single::{Ground, Tried};
+use super::screen::{Tried, fit_best, screen};
+use super::single::Ground;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
 use bristle_plant::effect::{Entry, Kind, Scale};
@@ -104,8 +104,7 @@ impl Again<'_> {
         } = self.round;
         let background = self.ground.background(weights, fitted);
         let screened = screen(&background, entries, &|_| ());
-        let found = fit_best(&background, &screened, entries.len(), false)?;
-        Ok(found.into_iter().map(Tried::new).collect())
+        fit_best(&background, &screened, entries.len(), false)
     }
 
     /// An effect looked at again.

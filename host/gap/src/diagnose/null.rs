@@ -6,7 +6,7 @@ use super::candidate::Background;
 use super::fitted_noise::noise_of;
 use super::hypothesis::{Hypothesis, Judge};
 use super::regime::nodes;
-use super::screen::{fit_best, screen};
+use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
 use crate::error::InputError;
 use crate::inverse::{Record, fit, fit_at, twins};
@@ -60,7 +60,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
             times: [before, before],
         })
         .collect();
-    for (entry, model, fit) in found {
+    for Tried { entry, model, fit } in found {
         let fit = fit_at(&model, &twins, &weights, fit.at)?;
         let with = judge.hypothesis(vec![entry], model, fit);
         if let Some(null) = nulls.iter_mut().find(|null| null.id == entry.id) {

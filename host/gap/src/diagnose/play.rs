@@ -2,7 +2,7 @@
 //! which they did not, and no step of a fit leads from the one to the other.
 
 use super::candidate::{Background, Screened, Start};
-use super::screen::Found;
+use super::screen::Tried;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_near};
 use bristle_plant::effect::Entry;
@@ -42,17 +42,21 @@ pub(super) fn springs(entry: &Entry) -> bool {
 pub(super) fn try_about_coupling(
     background: &Background<'_>,
     screened: &[Screened],
-    found: &mut Vec<Found>,
+    found: &mut Vec<Tried>,
     settled: usize,
 ) -> Result<(), InputError> {
-    let place = |id: &str| found.iter().position(|(entry, ..)| entry.id == id);
+    let place = |id: &str| found.iter().position(|one| one.entry.id == id);
     let play = screened.iter().find(|(entry, _)| entry.id == PLAY);
     let (Some((play, _)), Some(coupling)) = (play, place(COUPLING)) else {
         return Ok(());
     };
-    let (_, with, coupled) = &found[coupling];
+    let Tried {
+        model: with,
+        fit: coupled,
+        ..
+    } = &found[coupling];
     let brought = background.fit.cost - coupled.cost;
-    let costs = found.iter().map(|(.., fit)| fit.cost);
+    let costs = found.iter().map(|one| one.fit.cost);
     let least = costs.fold(f64::INFINITY, f64::min);
     let (times, part) = NO_PLAY;
     let no_play = background.fit.cost - least > times * brought && least < part * coupled.cost;
@@ -70,7 +74,7 @@ pub(super) fn try_about_coupling(
         fitted(with, coupled.at.clone())?
     };
     let brought = background.fit.cost - coupled.cost;
-    let found_before = place(PLAY).map_or(f64::INFINITY, |at| found[at].2.cost);
+    let found_before = place(PLAY).map_or(f64::INFINITY, |at| found[at].fit.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
     let own = &coupled.at[..background.model.free.len()];
     let begun = |starts: Vec<Start>| {
@@ -119,9 +123,9 @@ pub(super) fn try_about_coupling(
         } else {
             fit
         };
-        let play = *play;
-        found.retain(|(entry, ..)| entry.id != PLAY);
-        found.push((play, model, fit));
+        let entry = *play;
+        found.retain(|one| one.entry.id != PLAY);
+        found.push(Tried { entry, model, fit });
     }
     Ok(())
 }

@@ -6,8 +6,9 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, fitted_ones, log_belief, sort};
 use super::likelihood::Noise;
 use super::own::Own;
+use super::screen::Tried;
 use super::signature;
-use super::single::{Ground, Tried};
+use super::single::Ground;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_at, fit_near};
 use bristle_plant::effect::Entry;
@@ -216,7 +217,9 @@ impl Settling<'_> {
         let &Ground { records, nodes, .. } = self.ground;
         let density = |fit: &Fit| self.compared.log_density(nodes, &fit.left_over);
         for _ in 0..self.most {
-            let known = (self.ground).jacobian(&one.model, &one.fit, &one.weights, &weights)?;
+            let known = self
+                .ground
+                .jacobian(&one.model, &one.fit, &one.weights, &weights)?;
             let fit = fit_near(&one.model, records, &weights, one.fit.at.clone(), &known)?;
             let gained = density(&fit) - density(&one.fit);
             if gained <= self.least_gain {

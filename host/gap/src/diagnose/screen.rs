@@ -18,7 +18,12 @@ const CLOSE: f64 = 0.6;
 const WORTH_A_FIT: f64 = 12.0;
 
 /// An effect, the simulator with it, and its fit.
-pub(super) type Found = (&'static Entry, Model, Fit);
+pub(super) struct Tried {
+    pub(super) entry: &'static Entry,
+    pub(super) model: Model,
+    /// Without a Jacobian where it was not fitted further.
+    pub(super) fit: Fit,
+}
 
 /// What the best start of an effect promises.
 pub(super) fn gain(starts: &[Start]) -> f64 {
@@ -55,7 +60,7 @@ pub(super) fn fit_best(
     screened: &[Screened],
     most: usize,
     unpromising: bool,
-) -> Result<Vec<Found>, InputError> {
+) -> Result<Vec<Tried>, InputError> {
     let promising = screened
         .iter()
         .take(most)
@@ -84,12 +89,12 @@ pub(super) fn fit_best(
     if effects > SETTLED {
         further = fitted(background, PROMISES, &all)?;
         let settled = further.drain(..SETTLED.min(further.len()));
-        all = settled.map(|(start, (entry, ..))| (entry, start)).collect();
+        all = settled.map(|(start, one)| (one.entry, start)).collect();
     }
     let settled = fitted(background, STANDS_STILL, &all)?;
     let settles = settled.len();
     let found = settled.into_iter().chain(further).map(|(_, one)| one);
-    let mut found: Vec<Found> = found.collect();
+    let mut found: Vec<Tried> = found.collect();
     play::try_about_coupling(background, screened, &mut found, settles)?;
     Ok(found)
 }
@@ -99,17 +104,17 @@ fn fitted<'a>(
     background: &Background<'_>,
     cost_stands_still: f64,
     starts: &[(&'static Entry, &'a Start)],
-) -> Result<Vec<(&'a Start, Found)>, InputError> {
+) -> Result<Vec<(&'a Start, Tried)>, InputError> {
     let fitted = starts.par_iter().map(|&(entry, start)| {
         let (model, fit) = background.fitted(cost_stands_still, entry, start)?;
-        Ok((start, (entry, model, fit)))
+        Ok((start, Tried { entry, model, fit }))
     });
     let mut fitted = fitted.collect::<Result<Vec<_>, InputError>>()?;
-    fitted.sort_by(|a, b| a.1.2.cost.total_cmp(&b.1.2.cost));
+    fitted.sort_by(|a, b| a.1.fit.cost.total_cmp(&b.1.fit.cost));
     let mut seen: Vec<&str> = Vec::new();
-    fitted.retain(|(_, (entry, ..))| {
-        let first = !seen.contains(&entry.id);
-        seen.push(entry.id);
+    fitted.retain(|(_, one)| {
+        let first = !seen.contains(&one.entry.id);
+        seen.push(one.entry.id);
         first
     });
     Ok(fitted)

@@ -4,7 +4,7 @@ use super::accuse::{NOTHING, leaves};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
-use super::screen::{Found, fit_best, screen};
+use super::screen::{Tried, fit_best, screen};
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
 use bristle_plant::effect::{Entry, Scale};
@@ -21,20 +21,6 @@ const POLISHED: usize = 3;
 const BEHIND: f64 = 0.8;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
-
-/// An effect, the simulator with it, and its fit.
-pub(super) struct Tried {
-    pub(super) entry: &'static Entry,
-    pub(super) model: Model,
-    /// Without a Jacobian where it was not fitted further.
-    pub(super) fit: Fit,
-}
-
-impl Tried {
-    pub(super) fn new((entry, model, fit): Found) -> Self {
-        Self { entry, model, fit }
-    }
-}
 
 /// What effects are tried on.
 pub(super) struct Ground<'a> {
@@ -83,8 +69,8 @@ impl Ground<'_> {
             let background = self.background(weights, &believed);
             let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
             for other in fit_best(&background, &screened, FITTED, true)? {
-                match found.iter_mut().find(|one| one.0.id == other.0.id) {
-                    Some(one) if other.2.cost < one.2.cost => *one = other,
+                match found.iter_mut().find(|one| one.entry.id == other.entry.id) {
+                    Some(one) if other.fit.cost < one.fit.cost => *one = other,
                     Some(_) => {}
                     None => found.push(other),
                 }
@@ -92,9 +78,9 @@ impl Ground<'_> {
         }
         // What lies below what is open counts, too: the noise that it is judged by is yet to be found.
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
-        found.sort_by(|a, b| density(&b.2).total_cmp(&density(&a.2)));
+        found.sort_by(|a, b| density(&b.fit).total_cmp(&density(&a.fit)));
         found.truncate(KEPT);
-        Ok((screened, found.into_iter().map(Tried::new).collect()))
+        Ok((screened, found))
     }
 
     /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.
