@@ -14,9 +14,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// Effect with bristles in series with those of the simulator.
 const IN_SERIES: &str = "friction.presliding";
-/// Fewest waves of torque over the stroke of a linear axis, or the longest stretch of time: fewer stand for any smooth curve,
+/// Fewest waves of torque over the stroke of a linear axis, or the longest stretch of time: less stands for any smooth curve,
 /// an offset, a spring.
-const LEAST_WAVES: f64 = 2.0;
+const LEAST_WAVES: f64 = 1.0;
 /// Fewest waves of what friction, inertia or the sensor is multiplied by: half a one is a slope.
 const LEAST_WAVES_OF_A_FACTOR: f64 = 0.5;
 /// Effects whose wave is a torque by itself.

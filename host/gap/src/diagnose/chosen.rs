@@ -1,7 +1,7 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
+    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, MOVING, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
     TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution,
     explained, follows_acceleration,
 };
@@ -9,7 +9,6 @@ use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::left::Left;
 use super::play::springs;
-use super::regime::Regime;
 use super::tried::Search;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
@@ -43,12 +42,11 @@ impl<'a> Chosen<'a> {
         let best = chosen.unwrap_or(base);
         let (noise, nodes) = (&search.noise, &search.nodes);
         let times = [base, best].map(|h| noise.times_open(nodes, &h.held_out));
-        let moving = [Regime::Low, Regime::Sliding];
         Self {
             best,
             gain: chosen.map(|h| h.score - base.score),
             times,
-            rms_times: [base, best].map(|h| noise.rms_times_open(nodes, &h.held_out, &moving)),
+            rms_times: [base, best].map(|h| noise.rms_times_open(nodes, &h.held_out, &MOVING)),
             squares: [base, best].map(|h| search.weighted_squares(h)),
             explained: explained(times[0], times[1]),
             search,

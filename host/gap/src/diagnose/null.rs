@@ -9,7 +9,7 @@ use super::regime::nodes;
 use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
 use crate::error::InputError;
-use crate::inverse::{Record, fit, fit_at, twins};
+use crate::inverse::{fit, fit_at, twins};
 use bristle_plant::effect::Entry;
 
 /// What these effects gain on such records.
@@ -22,11 +22,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     }
     let base = &search.base;
     let axis = axis_at(&base.model.at(&base.fit.at));
-    let twins: Vec<Record> = twins(&axis, &search.records, 1.0, 0)?
-        .into_iter()
-        .zip(search.records.iter())
-        .map(|(twin, record)| twin.seen_through(record.kernel))
-        .collect();
+    let twins = twins(&axis, &search.records, 1.0, 0)?;
     let nodes = nodes(&twins, search.scale.z_ss_rad);
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
     let left_over = base.model.left_over(&twins, &base.fit.at)?;

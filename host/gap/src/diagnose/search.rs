@@ -1,8 +1,8 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
-use super::accuse::{ACCUSES, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
+use super::accuse::{ACCUSES, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, fitted_ones, of_noise};
+use super::hypothesis::{Hypothesis, NOISE_ONLY, fitted_ones, of_noise};
 use super::look_again::look_again;
 use super::null::nulls;
 use super::own::Own;
@@ -189,8 +189,24 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .filter(gains)
         .map(|h| h.added[0])
         .collect();
-    for (hypothesis, _) in gain_below_open(search).into_iter().take(NULLS) {
-        let entry = hypothesis.added[0];
+    let below = gain_below_open(search)
+        .into_iter()
+        .take(NULLS)
+        .map(|(hypothesis, _)| hypothesis.added[0]);
+    let second = search
+        .several
+        .first()
+        .filter(|pair| pair.is_credible(base) && !of_noise(pair))
+        .filter(|pair| {
+            search
+                .single
+                .first()
+                .is_some_and(|one| pair.score - one.score > LEAST_SECOND)
+        })
+        .into_iter()
+        .flat_map(|pair| pair.added.iter().copied())
+        .filter(|entry| !NOISE_ONLY.contains(&entry.id));
+    for entry in below.chain(second) {
         if accusable.iter().all(|known| known.id != entry.id) {
             accusable.push(entry);
         }

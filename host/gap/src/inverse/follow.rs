@@ -21,7 +21,7 @@ pub struct Running {
     pub stiffness_nm_rad: Option<f64>,
     /// The load behind a spring that the axis is believed to have.
     pub coupling: Option<Coupling>,
-    /// The drive, where the effort is a reference.
+    /// The drive, where the effort is a reference; its lag, where torque runs within a sample as that says.
     pub drive: DriveConfig,
     /// Constant torque beside the effort, N m.
     pub offset_nm: f64,
@@ -39,31 +39,44 @@ pub struct Running {
 struct Arriving {
     later: Later,
     drive: Option<Drive>,
+    commanded: bool,
     step_s: f64,
     keeps: f64,
+    /// See [`Drive::late_part`].
+    late_part: f64,
+    /// Torque that a position lacks at the end of the sample beside its mean throughout, N m.
+    late_nm: f64,
 }
 
 impl Arriving {
-    fn new(record: &Record, drive: DriveConfig, skew_samples: f64) -> Self {
-        let drive = Drive::new(drive);
+    fn new(record: &Record, config: DriveConfig, skew_samples: f64) -> Self {
+        let (drive, step_s) = (Drive::new(config), record.step_s);
         Self {
             later: Later::new(skew_samples),
-            keeps: drive.keeps(record.step_s),
-            drive: record.commanded.then_some(drive),
-            step_s: record.step_s,
+            keeps: drive.keeps(step_s),
+            late_part: drive.late_part(step_s),
+            drive: (record.commanded || config.lag_s > 0.0).then_some(drive),
+            commanded: record.commanded,
+            step_s,
+            late_nm: 0.0,
         }
     }
 
-    /// During sample `k`, of so many times what was recorded, N m; sample after sample.
+    /// Mean during sample `k`, of so many times what was recorded, N m; sample after sample.
     fn next(&mut self, stretch: &Stretch, k: usize, times: f64) -> f64 {
         let effort_nm = times * self.later.at(&stretch.effort_nm, k);
-        match &mut self.drive {
-            Some(drive) => {
-                drive.accept(effort_nm);
-                drive.advance(self.step_s, self.keeps)
-            }
-            None => effort_nm,
-        }
+        let Some(drive) = &mut self.drive else {
+            return effort_nm;
+        };
+        let start_nm = drive.torque_nm();
+        drive.accept(if self.commanded {
+            effort_nm
+        } else {
+            drive.reference_for(effort_nm, self.step_s, self.keeps)
+        });
+        let mean_nm = drive.advance(self.step_s, self.keeps);
+        self.late_nm = self.late_part * (drive.torque_nm() - start_nm);
+        mean_nm
     }
 }
 
@@ -224,7 +237,7 @@ pub fn left_over(
     let per = inertia / (step_s * step_s);
     let mut nodes = Vec::with_capacity(intervals);
     let mut interval_before: Option<(f64, f64)> = None;
-    let mut before_rad_s = 0.0;
+    let (mut before_rad_s, mut late_before_nm) = (0.0, 0.0);
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
         // A jump of the encoder bends no bristles.
@@ -289,10 +302,15 @@ pub fn left_over(
             contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
         let balance = torque - opposed;
+        let lacks_nm = arriving.late_nm - late_before_nm;
+        late_before_nm = arriving.late_nm;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];
-            nodes
-                .push(0.5 * (balance_before + balance) - 0.5 * (share_before + share) * per * bend);
+            nodes.push(
+                0.5 * (balance_before + balance)
+                    - lacks_nm
+                    - 0.5 * (share_before + share) * per * bend,
+            );
         }
     }
     record.kernel.apply(&mut nodes, out);

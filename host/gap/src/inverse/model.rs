@@ -407,9 +407,11 @@ impl Point {
 
     /// The drive between a record's effort and the axis; its delay is [among what is later](Self::skew_samples).
     fn drive(&self, record: &Record) -> DriveConfig {
+        let drive = record.drive(self.believed.drive);
         DriveConfig {
             delay_samples: 0,
-            ..record.drive(self.believed.drive)
+            lag_s: drive.lag_s.max(record.lag_within_s(self.believed.drive)),
+            ..drive
         }
     }
 

@@ -27,6 +27,9 @@ const STILL_S: f64 = 0.1;
 const SHORTEST_S: f64 = 0.25;
 /// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
 const JUMPS: f64 = 2.0;
+/// A lag of up to this part of a sample is told from the means of its torque: their noise comes out alternating, which a kernel longer
+/// than a sample takes away; at half a sample it adds less than a fifth.
+const SHORT_LAG: f64 = 0.5;
 /// Noise of the acceleration may be this part of Coulomb friction, or as much as the effort's own noise.
 const ACCELERATION_NOISE: f64 = 0.005;
 
@@ -199,6 +202,21 @@ impl Record {
         DriveConfig {
             delay_samples: self.delay_samples(drive).round() as usize,
             ..drive
+        }
+    }
+
+    /// Lag by which measured torque runs within a sample, s: none where that is longer than a sample or samples are means of several,
+    /// nor where the effort's noise would hide it.
+    pub fn lag_within_s(&self, drive: DriveConfig) -> f64 {
+        let part = if self.kernel.length > 1 {
+            1.0
+        } else {
+            SHORT_LAG
+        };
+        if self.commanded || self.averaged > 1 || drive.lag_s > part * self.step_s {
+            0.0
+        } else {
+            drive.lag_s
         }
     }
 

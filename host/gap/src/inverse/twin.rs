@@ -57,7 +57,8 @@ fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Re
         step_s,
         axis.rad_per_count(),
     );
-    Record::of_sensor(&log, &file, axis, &[], sensor)
+    // Without noise it would be seen through a longer one, in which errors of single moments average out.
+    Record::of_sensor(&log, &file, axis, &[], sensor).map(|twin| twin.seen_through(record.kernel))
 }
 
 fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
