@@ -27,9 +27,9 @@ const STILL_S: f64 = 0.1;
 const SHORTEST_S: f64 = 0.25;
 /// Where no one should fit, what is so many times as fast as the axis was elsewhere is no motion.
 const JUMPS: f64 = 2.0;
-/// A lag of up to this part of a sample is told from the means of its torque: their noise comes out alternating, which a kernel longer
-/// than a sample takes away; at half a sample it adds less than a fifth.
-const SHORT_LAG: f64 = 0.5;
+/// A lag of up to so many samples is told from the means of its torque, by a kernel of one sample and by a longer one: their noise comes out
+/// alternating, which a longer one takes away, and half a sample adds less than a fifth.
+const TOLD_LAG: [f64; 2] = [0.5, 2.5];
 /// Noise of the acceleration may be this part of Coulomb friction, or as much as the effort's own noise.
 const ACCELERATION_NOISE: f64 = 0.005;
 
@@ -205,15 +205,11 @@ impl Record {
         }
     }
 
-    /// Lag by which measured torque runs within a sample, s: none where that is longer than a sample or samples are means of several,
+    /// Lag by which measured torque runs within a sample, s: none where that is much longer than a sample or samples are means of several,
     /// nor where the effort's noise would hide it.
     pub fn lag_within_s(&self, drive: DriveConfig) -> f64 {
-        let part = if self.kernel.length > 1 {
-            1.0
-        } else {
-            SHORT_LAG
-        };
-        if self.commanded || self.averaged > 1 || drive.lag_s > part * self.step_s {
+        let most = TOLD_LAG[usize::from(self.kernel.length > 1)];
+        if self.commanded || self.averaged > 1 || drive.lag_s > most * self.step_s {
             0.0
         } else {
             drive.lag_s

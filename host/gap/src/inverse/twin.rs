@@ -66,10 +66,13 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let file = PathBuf::from(&record.name);
     let step_s = record.step_s / record.averaged as f64;
     if !record.commanded {
-        // A longer lag leaves a torque that is as good as its mean within a sample.
-        let lag_s = Some(axis.drive.lag_s).filter(|&lag_s| lag_s < step_s);
+        let lag_s = axis.drive.lag_s;
         axis.drive = DriveConfig {
-            lag_s: lag_s.unwrap_or_default(),
+            lag_s: if lag_s < step_s {
+                lag_s
+            } else {
+                record.lag_within_s(axis.drive)
+            },
             ..DriveConfig::default()
         };
     }
