@@ -4,7 +4,7 @@ use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
 use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::{Node, Regime};
-use super::tried::Search;
+use super::tried::{Null, Search};
 use bristle_plant::effect::Entry;
 use nalgebra::DVector;
 
@@ -34,8 +34,6 @@ pub(super) const LEAST_SECOND: f64 = 10.0;
 /// second one need not explain anything alone, or if it does, need not take squares, by the weights of which what the first one
 /// leaves is noise.
 const SECOND_WHERE_MUCH_IS_LEFT: (f64, f64) = (60.0, 0.2);
-/// Regimes of motion.
-pub(super) const MOVING: [Regime; 2] = [Regime::Low, Regime::Sliding];
 /// Ratios of root-mean-squares in motion beyond which few moments have much of a rest, and below which they have nothing. Of 40 trials
 /// without an effect the refitted simulator left 1.3 at most.
 const MOMENTS: [f64; 2] = [2.0, 1.25];
@@ -123,16 +121,16 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
         .filter(|id| !single.ids().contains(id));
     let nulls: f64 = second
         .filter_map(|id| search.null(id))
-        .map(|null| null.nats.max(0.0))
+        .map(Null::may_gain)
         .sum();
-    let nats = pair.score - single.score - NULLS_VARY * nulls;
+    let nats = pair.score - single.score - nulls;
     let takes = (taken(pair) - taken(single)) / (before - taken(single));
     let leaves = |h: &Hypothesis, times| leaves(&search.noise, &search.nodes, &h.held_out, times);
     let slides_off = leaves(single, [f64::INFINITY, UNKNOWN_SLIDING]);
     let moments = |h: &Hypothesis| {
         search
             .noise
-            .rms_times_open(&search.nodes, &h.held_out, &MOVING)
+            .rms_times_open(&search.nodes, &h.held_out, &Regime::MOVING)
     };
     let of_moments = moments(single) > MOMENTS[0] && moments(pair) < MOMENTS[1];
     let nothing_left =
@@ -190,7 +188,7 @@ pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Optio
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
     contribution(noise.times_open(nodes, single), 1.0) > ROOM
-        || noise.rms_times_open(nodes, single, &MOVING) > MOMENTS[0]
+        || noise.rms_times_open(nodes, single, &Regime::MOVING) > MOMENTS[0]
 }
 
 /// What was taken away, were it independent of what is left.

@@ -1,14 +1,15 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, MOVING, NULLS_VARY, OF_MOMENTS, SHARE, STANDS_FOR,
-    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution,
-    explained, follows_acceleration,
+    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
+    TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution, explained,
+    follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
 use super::left::Left;
 use super::play::springs;
+use super::regime::Regime;
 use super::tried::Search;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
@@ -46,7 +47,8 @@ impl<'a> Chosen<'a> {
             best,
             gain: chosen.map(|h| h.score - base.score),
             times,
-            rms_times: [base, best].map(|h| noise.rms_times_open(nodes, &h.held_out, &MOVING)),
+            rms_times: [base, best]
+                .map(|h| noise.rms_times_open(nodes, &h.held_out, &Regime::MOVING)),
             squares: [base, best].map(|h| search.weighted_squares(h)),
             explained: explained(times[0], times[1]),
             search,
@@ -64,10 +66,7 @@ impl<'a> Chosen<'a> {
             _ => None,
         };
         let (nats, takes) = null.map_or((0.0, 0.0), |null| {
-            (
-                NULLS_VARY * null.nats.max(0.0),
-                contribution(null.times[0], null.times[1]),
-            )
+            (null.may_gain(), contribution(null.times[0], null.times[1]))
         });
         let matters =
             |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(takes);

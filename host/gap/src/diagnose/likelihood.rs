@@ -202,7 +202,7 @@ impl Noise {
     /// How many times what is open a rest is: the geometric mean over all that is independent and moves, so that no one
     /// regime decides by its size.
     pub fn times_open(&self, nodes: &[Node], left_over: &[f64]) -> f64 {
-        self.times_open_in(nodes, left_over, &[Regime::Low, Regime::Sliding])
+        self.times_open_in(nodes, left_over, &Regime::MOVING)
     }
 
     /// The same in some regimes.
@@ -255,10 +255,9 @@ impl Noise {
     pub fn is_even(&self, nodes: &[Node], left_over: &[f64], factor: f64) -> bool {
         let squares = self.mean_squares(nodes, left_over);
         let groups = self.groups.iter().zip(&squares);
-        let moving = [Regime::Low, Regime::Sliding];
         let told: Vec<f64> = groups
             .flat_map(|(groups, squares)| {
-                moving.map(|at| (&groups[at as usize], squares[at as usize]))
+                Regime::MOVING.map(|at| (&groups[at as usize], squares[at as usize]))
             })
             .filter(|(group, _)| group.independent > TELLS)
             .map(|(_, square)| square.sqrt())
@@ -309,7 +308,7 @@ impl Noise {
         let squares = self.mean_squares(nodes, left_over);
         let mut sum = 0.0;
         for (groups, squares) in self.groups.iter().zip(&squares) {
-            for regime in [Regime::Low, Regime::Sliding] {
+            for regime in Regime::MOVING {
                 let (group, square) = (&groups[regime as usize], squares[regime as usize]);
                 if group.nodes > 0 {
                     let mean = square.max(least_nm(group).powi(2));
@@ -465,7 +464,7 @@ mod tests {
         let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-12, "{found}");
         near(noise.times_open(&nodes, &rest), 3_f64.powf(5.0 / 105.0));
         near(noise.rms_times_open(&nodes, &rest, &[Regime::Sliding]), 3.0);
-        let both = noise.rms_times_open(&nodes, &rest, &[Regime::Low, Regime::Sliding]);
+        let both = noise.rms_times_open(&nodes, &rest, &Regime::MOVING);
         near(both, (2700.0_f64 / 400.0).sqrt());
         near(noise.rms_times_open(&nodes, &rest, &[Regime::Low]), 1.0);
     }

@@ -16,6 +16,8 @@ pub enum Regime {
 impl Regime {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Rest, Self::Low, Self::Sliding];
+    /// Those of motion.
+    pub const MOVING: [Self; 2] = [Self::Low, Self::Sliding];
 
     /// In words.
     pub fn name(self) -> &'static str {

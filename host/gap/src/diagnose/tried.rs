@@ -1,6 +1,6 @@
 //! All that a search tried: what a verdict and every page of a report are drawn from.
 
-use super::accuse::ACCUSES;
+use super::accuse::{ACCUSES, NULLS_VARY};
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::own::Own;
@@ -77,4 +77,11 @@ pub struct Null {
     pub nats_of_all: f64,
     /// Times of what is open that are left without and with it.
     pub times: [f64; 2],
+}
+
+impl Null {
+    /// Nats that the effect may gain where it is not.
+    pub(super) fn may_gain(&self) -> f64 {
+        NULLS_VARY * self.nats.max(0.0)
+    }
 }

@@ -66,6 +66,7 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let file = PathBuf::from(&record.name);
     let step_s = record.step_s / record.averaged as f64;
     if !record.commanded {
+        // A longer lag is the twin's where the method tells it, too; else torque is as good as its mean within a sample.
         let lag_s = axis.drive.lag_s;
         axis.drive = DriveConfig {
             lag_s: if lag_s < step_s {
