@@ -164,6 +164,26 @@ impl<T: Real, C: Curve<T>> Friction<T> for LuGre<T, C> {
             + self.viscous_nm_s_rad * v
     }
 
+    fn mean_over(&self, state: &mut LuGreState<T>, motion: Motion<T>, level_nm: Option<T>) -> T {
+        if !motion.is_usable() {
+            return self.stiffness_nm_rad * state.z_rad;
+        }
+        let v = motion.velocity_rad_s;
+        let z_max = self.z_max_rad();
+        let dq = motion.displacement_rad(z_max);
+        let (sense, before) = (dq.sgn(), state.z_rad);
+        if sense == T::ZERO {
+            return self.stiffness_nm_rad * before;
+        }
+        let level_nm = level_nm.unwrap_or_else(|| self.curve.level_nm(v.abs()));
+        let z_ss = level_nm / self.stiffness_nm_rad;
+        let (next, mean) = presliding::decay(sense * before, dq.abs(), T::ONE, z_ss);
+        state.z_rad = (sense * next).within(z_max);
+        self.stiffness_nm_rad * sense * mean
+            + self.damping.at_nm_s_rad(v) * v * (sense * next - before) / dq
+            + self.viscous_nm_s_rad * v
+    }
+
     #[inline]
     fn steady_state_nm(&self, velocity_rad_s: T) -> T {
         self.curve.level_nm(velocity_rad_s.abs()) * velocity_rad_s.sgn()

@@ -92,12 +92,18 @@ pub trait Friction<T: Real> {
     /// Advances the state by one step and gives the friction torque in it, N m.
     fn step(&self, state: &mut Self::State, motion: Motion<T>) -> T;
 
-    /// Advances by two such steps and gives the friction torque in the first, N m. `level_nm` is that of dry friction in sliding
-    /// at this velocity, where it is known already.
-    fn step_twice(&self, state: &mut Self::State, motion: Motion<T>, level_nm: Option<T>) -> T {
+    /// Advances by a step that may be long beside what the state needs to change, and gives the mean friction torque over it,
+    /// N m. `level_nm` is that of dry friction in sliding at this velocity, where it is known already.
+    ///
+    /// Where a model does not say better, the torque half-way.
+    fn mean_over(&self, state: &mut Self::State, motion: Motion<T>, level_nm: Option<T>) -> T {
         let _ = level_nm;
-        let friction_nm = self.step(state, motion);
-        self.step(state, motion);
+        let half = Motion {
+            dt_s: T::of(0.5) * motion.dt_s,
+            ..motion
+        };
+        let friction_nm = self.step(state, half);
+        self.step(state, half);
         friction_nm
     }
 

@@ -18,6 +18,20 @@ pub(crate) fn advance<T: Real>(z: T, dq: T, alpha: T, z_ss: T, z_max: T) -> T {
     (share(z, dq, alpha, z_ss) * z_ss).within(z_max)
 }
 
+/// Deflection after a displacement `far` in its own sense under a constant alpha, and its mean on the way.
+pub(crate) fn decay<T: Real>(along: T, far: T, alpha: T, z_ss: T) -> (T, T) {
+    let x = alpha * far / z_ss;
+    // Where next to nothing slips the quotients below have no digits.
+    if x < T::of(1e-4) {
+        let next = along + far - x * along;
+        return (next, T::of(0.5) * (along + next));
+    }
+    let ends = z_ss / alpha;
+    let left = (-x).exp();
+    let off = along - ends;
+    (ends + off * left, ends + off * (T::ONE - left) / x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

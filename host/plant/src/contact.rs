@@ -11,13 +11,8 @@ pub trait Contact: Send {
         let _ = level_nm;
         self.step(motion)
     }
-    /// See [`Friction::step_twice`].
-    fn step_twice(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64 {
-        let _ = level_nm;
-        let friction_nm = self.step(motion);
-        self.step(motion);
-        friction_nm
-    }
+    /// See [`Friction::mean_over`].
+    fn mean_over(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64;
     /// Bristle deflection, rad.
     fn deflection_rad(&self) -> f64;
     /// See [`Friction::HOLDS_AT_REST`].
@@ -74,8 +69,8 @@ where
         self.model.step(&mut self.state, motion)
     }
 
-    fn step_twice(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64 {
-        self.model.step_twice(&mut self.state, motion, level_nm)
+    fn mean_over(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64 {
+        self.model.mean_over(&mut self.state, motion, level_nm)
     }
 
     fn deflection_rad(&self) -> f64 {

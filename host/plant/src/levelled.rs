@@ -52,6 +52,19 @@ impl Levelled {
     /// friction torque, N m.
     #[inline]
     pub fn step(&mut self, motion: Motion<f64>, becomes_nm: f64) -> f64 {
+        let (own, own_nm) = self.put(motion, becomes_nm);
+        self.times * self.contact.step_at(own, own_nm)
+    }
+
+    /// The same for [`Contact::mean_over`].
+    pub fn mean_over(&mut self, motion: Motion<f64>, becomes_nm: f64) -> f64 {
+        let (own, own_nm) = self.put(motion, becomes_nm);
+        self.times * self.contact.mean_over(own, Some(own_nm))
+    }
+
+    /// Puts it to a level; gives the motion as its own bristles see it, and their level, N m.
+    #[inline]
+    fn put(&mut self, motion: Motion<f64>, becomes_nm: f64) -> (Motion<f64>, f64) {
         let speed_rad_s = motion.velocity_rad_s.abs().max(self.creep_rad_s);
         // One step of s = level/g(v/s): from step to step it follows what little the level changes.
         let own_rad_s = speed_rad_s / self.times;
@@ -65,12 +78,17 @@ impl Levelled {
             applied_nm: motion.applied_nm / times,
             dt_s: motion.dt_s,
         };
-        times * self.contact.step_at(own, own_nm)
+        (own, own_nm)
     }
 
     /// Advances by one step at its own level.
     pub fn step_own(&mut self, motion: Motion<f64>) -> f64 {
         self.contact.step(motion)
+    }
+
+    /// The same for [`Contact::mean_over`].
+    pub fn mean_own(&mut self, motion: Motion<f64>) -> f64 {
+        self.contact.mean_over(motion, None)
     }
 
     /// Bristle deflection, rad.

@@ -79,7 +79,7 @@ impl Pairs<'_> {
         screened
     }
 
-    /// What does well alone beside `second`, in the place of `first`.
+    /// What does well alone beside `second`, in the place of `first`; the first one, too, for which another fit came out.
     fn in_place_of(
         &self,
         first: &Hypothesis,
@@ -87,11 +87,10 @@ impl Pairs<'_> {
     ) -> Result<Vec<Hypothesis>, InputError> {
         let enough = RIVALS * (first.score - self.base.score);
         let background = self.background(second);
-        let taken = [first.added[0].id, second.added[0].id];
         self.beside(
             second,
             &background,
-            &self.rivals(&background, enough, &taken),
+            &self.rivals(&background, enough, &second.ids()),
         )
     }
 

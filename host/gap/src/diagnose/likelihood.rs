@@ -2,6 +2,7 @@
 
 use super::own::Own;
 use super::regime::{Node, Regime};
+use super::tone::take_tones;
 use crate::inverse::Record;
 use crate::signal::rms;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -65,14 +66,12 @@ impl Noise {
         stiffness_nm_rad: f64,
         coulomb_nm: f64,
     ) -> Self {
-        let open = |place: usize, regime, white_nm: f64| match regime {
-            Regime::Sliding => white_nm,
-            _ => white_nm.hypot(
-                (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
-                    .min(0.5 * coulomb_nm),
-            ),
+        let counts = |place: usize, regime| match regime {
+            Regime::Sliding => 0.0,
+            _ => (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
+                .min(0.5 * coulomb_nm),
         };
-        Self::with_open(records, nodes, left_over, inertia_kg_m2, 0.0, open)
+        Self::with_open(records, nodes, left_over, inertia_kg_m2, 0.0, counts)
     }
 
     /// The same where it is known what the model leaves over on records of its own. `holds_nm` is what the model itself
@@ -86,30 +85,40 @@ impl Noise {
         holds_nm: f64,
         own: &Own,
     ) -> Self {
-        let open = |place, regime, white_nm: f64| own.rms_nm(place, regime).max(white_nm);
-        let mut noise = Self::with_open(records, nodes, left_over, inertia_kg_m2, holds_nm, open);
+        let of_method = |place, regime| own.rms_nm(place, regime);
+        let mut noise = Self::with_open(
+            records,
+            nodes,
+            left_over,
+            inertia_kg_m2,
+            holds_nm,
+            of_method,
+        );
         for group in noise.groups.iter_mut().flatten() {
             group.spread_nm = group.spread_nm.max(BELIEVED * group.open_nm);
         }
         noise
     }
 
-    /// `open` is told record, regime and white noise, and gives what is open of the torque.
+    /// `of_method` gives what is open of the torque in a record and regime beside noise.
     fn with_open(
         records: &[Record],
         nodes: &[Node],
         left_over: &[f64],
         inertia_kg_m2: f64,
         holds_nm: f64,
-        open: impl Fn(usize, Regime, f64) -> f64,
+        of_method: impl Fn(usize, Regime) -> f64,
     ) -> Self {
-        let members = |place: usize, of: &dyn Fn(Regime) -> bool| -> Vec<(usize, f64)> {
+        let members_of = |values: &[f64], place: usize, of: &dyn Fn(Regime) -> bool| {
             let counts = |node: &Node| node.record == place && of(node.regime) && !node.excluded;
-            let all = nodes.iter().zip(left_over).enumerate();
+            let all = nodes.iter().zip(values).enumerate();
             all.filter(|(_, (node, _))| counts(node))
                 .map(|(at, (_, &r))| (at, r))
-                .collect()
+                .collect::<Vec<(usize, f64)>>()
         };
+        let calm = |regime| regime != Regime::Low;
+        let members = |place: usize, of: &dyn Fn(Regime) -> bool| members_of(left_over, place, of);
+        let toneless = toneless(records, nodes, left_over, |place| members(place, &calm));
         let coloured: Vec<Option<f64>> = records
             .iter()
             .enumerate()
@@ -117,7 +126,7 @@ impl Noise {
                 let node_s = record.step_s * record.kernel.length as f64;
                 let [apart, block] =
                     [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
-                let calm = members(place, &|regime| regime != Regime::Low);
+                let calm = members_of(&toneless, place, &calm);
                 coloured_noise(&calm, apart, block.max(4 * apart))
             })
             .collect();
@@ -131,21 +140,29 @@ impl Noise {
                 let speeds = members
                     .iter()
                     .map(|&(at, _)| nodes[at].velocity_rad_s(records));
-                let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
-                let white = difference_noise(&members).max(coloured);
+                let white = difference_noise(&members_of(&toneless, place, &|of| of == regime))
+                    .max(coloured);
                 let robust = robust_rms(&members);
+                let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
+                let method_nm = of_method(place, regime);
+                // Differences of effort that a stiff control makes alternate are no noise: the fit does not leave them over.
+                let noise_nm = if members.len() as f64 > TELLS {
+                    closed.min((robust * robust - method_nm * method_nm).max(0.0).sqrt())
+                } else {
+                    closed
+                };
                 let held_nm = match regime {
                     Regime::Sliding => 0.0,
                     _ => holds_nm,
                 };
-                let open_nm = open(place, regime, closed.max(white)).max(held_nm);
+                let open_nm = noise_nm.max(white).hypot(method_nm).max(held_nm);
                 let floor_nm = open_nm.min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
                     independent: members.len() as f64 / correlation(&members, regime),
                     floor_nm,
                     open_nm,
-                    spread_nm: robust.max(closed).max(held_nm),
+                    spread_nm: robust.max(noise_nm).max(held_nm),
                     discrepancy_nm: 0.0,
                 };
             }
@@ -333,6 +350,35 @@ impl Noise {
         let count = f64::max(count, 1.0);
         ((floor / count).sqrt(), (square / count).sqrt())
     }
+}
+
+/// A rest without the tones that stand out among some nodes of each record, places and values.
+fn toneless(
+    records: &[Record],
+    nodes: &[Node],
+    left_over: &[f64],
+    among: impl Fn(usize) -> Vec<(usize, f64)>,
+) -> Vec<f64> {
+    let mut toneless = left_over.to_vec();
+    for (place, record) in records.iter().enumerate() {
+        let of_record: Vec<usize> = (0..nodes.len())
+            .filter(|&at| nodes[at].record == place)
+            .collect();
+        let Some(&first) = of_record.first() else {
+            continue;
+        };
+        let mut values: Vec<(f64, f64)> = of_record
+            .iter()
+            .map(|&at| (nodes[at].time_s(records), left_over[at]))
+            .collect();
+        let among: Vec<usize> = among(place).into_iter().map(|(at, _)| at - first).collect();
+        let spacing_s = record.step_s * record.kernel.length as f64;
+        take_tones(&mut values, &among, spacing_s);
+        for (at, (_, value)) in of_record.into_iter().zip(values) {
+            toneless[at] = value;
+        }
+    }
+    toneless
 }
 
 /// White noise of nodes that follow each other, from their differences; the median, so that single moments do not count.

@@ -35,6 +35,7 @@ mod single;
 mod sound;
 mod spectrum;
 mod starts;
+mod tone;
 mod tried;
 mod verdict;
 mod words;

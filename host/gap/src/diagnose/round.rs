@@ -3,7 +3,7 @@
 use super::accuse::{NOTHING, leaves};
 use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, fitted_ones, log_belief, sort};
+use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, fitted_ones, log_belief, sort};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::screen::Tried;
@@ -96,7 +96,8 @@ impl Round {
             single: &single,
         };
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
-        let several = pairs.search(&fitted, progress)?;
+        let mut several = pairs.search(&fitted, progress)?;
+        self.settle(ground, &noise, &mut several)?;
         Ok(Compared {
             noise,
             base,
@@ -104,6 +105,56 @@ impl Round {
             several,
             unlisted_nats,
         })
+    }
+
+    /// Fits the best pairs with the noise that they leave themselves, where they leave something: by the weights of a single effect
+    /// what the second one explains was noise.
+    fn settle(
+        &self,
+        ground: &Ground<'_>,
+        compared: &Noise,
+        several: &mut [Hypothesis],
+    ) -> Result<(), InputError> {
+        let &Ground { records, nodes, .. } = ground;
+        let settling = Settling {
+            ground,
+            own: &self.own,
+            compared,
+            most: MOST_ROUNDS - 1,
+            least_gain: 0.0,
+        };
+        let something = |pair: &Hypothesis| leaves(compared, nodes, &pair.held_out, NOTHING);
+        let predicted = |pair: &Hypothesis| pair.added.iter().all(|e| !NOISE_ONLY.contains(&e.id));
+        let best = several.len().min(SETTLED);
+        several[..best].par_iter_mut().try_for_each(|pair| {
+            if !something(pair) || !predicted(pair) {
+                return Ok(());
+            }
+            let found = Weighed {
+                model: pair.model.clone(),
+                fit: pair.fit.clone(),
+                weights: self.weights.clone(),
+            };
+            let weights = settling.noise(&found).weights(nodes);
+            let Weighed {
+                model,
+                fit,
+                weights,
+            } = settling.settled(found, weights)?;
+            let judge = Judge {
+                records,
+                nodes,
+                weights: &weights,
+                noise: compared,
+            };
+            let settled = judge.hypothesis(pair.added.clone(), model, fit);
+            if settled.log_evidence() > pair.log_evidence() {
+                *pair = settled;
+            }
+            Ok(())
+        })?;
+        sort(several);
+        Ok(())
     }
 }
 

@@ -84,4 +84,9 @@ impl Null {
     pub(super) fn may_gain(&self) -> f64 {
         NULLS_VARY * self.nats.max(0.0)
     }
+
+    /// The same where a rest below what is open counts, too.
+    pub(super) fn may_gain_of_all(&self) -> f64 {
+        NULLS_VARY * self.nats_of_all.max(0.0)
+    }
 }

@@ -97,18 +97,21 @@ pub fn arriving(
     record.kernel.apply(&mut nodes, out);
 }
 
-/// A contact that gives its friction half-way through a step in place of at its end. A record's steps are long: at
-/// break-away the bristles bend within few of them, and friction that is late by half a step looks like a coupling that
-/// is not there.
-struct HalfWay(Box<dyn Contact>);
+/// A contact that gives its mean friction over a step in place of that at its end. A record's steps are long: at break-away and
+/// reversals the bristles bend within few of them, and what friction is wrong by there looks like a coupling that is not there.
+struct Mean(Box<dyn Contact>);
 
-impl Contact for HalfWay {
+impl Contact for Mean {
     fn step(&mut self, motion: ContactMotion<f64>) -> f64 {
-        self.0.step_twice(half(motion), None)
+        self.0.mean_over(motion, None)
     }
 
     fn step_at(&mut self, motion: ContactMotion<f64>, level_nm: f64) -> f64 {
-        self.0.step_twice(half(motion), Some(level_nm))
+        self.0.mean_over(motion, Some(level_nm))
+    }
+
+    fn mean_over(&mut self, motion: ContactMotion<f64>, level_nm: Option<f64>) -> f64 {
+        self.0.mean_over(motion, level_nm)
     }
 
     fn deflection_rad(&self) -> f64 {
@@ -125,13 +128,6 @@ impl Contact for HalfWay {
 
     fn rescale(&mut self, times: f64) {
         self.0.rescale(times);
-    }
-}
-
-fn half(motion: ContactMotion<f64>) -> ContactMotion<f64> {
-    ContactMotion {
-        dt_s: 0.5 * motion.dt_s,
-        ..motion
     }
 }
 
@@ -226,7 +222,7 @@ pub fn left_over(
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
-    let mut contact = Affected::new(Box::new(HalfWay(contact)), &running.effects);
+    let mut contact = Affected::new(Box::new(Mean(contact)), &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
     if let Some(stiffness) = running.stiffness_nm_rad {
         contact.bear(stretch.effort_nm[0], stiffness, step_s);

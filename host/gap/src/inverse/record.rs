@@ -48,7 +48,7 @@ pub struct Record {
     pub stretches: Vec<Stretch>,
     /// What the balance is seen through.
     pub kernel: Kernel,
-    /// Noise of position after averaging, rad rms.
+    /// Noise of position after averaging, without that of the clock, rad rms.
     pub position_noise_rad: f64,
     /// Noise of effort after averaging, N m rms, as its second differences show it.
     pub effort_noise_nm: f64,
@@ -159,9 +159,14 @@ impl Record {
         let effort_noise_nm = effort_noise_nm(&stretches);
         let speed_rad_s = rms(stretches.iter().flat_map(|s| &s.velocity_rad_s).copied());
         let clock_rad = sensor.clock_noise_rad(speed_rad_s, averaged);
+        // The clock's part grows with speed, and is counted by itself.
+        let count_rad = rad_per_count / (12.0 * averaged as f64).sqrt();
+        let still_rad = (noise_rad * noise_rad - clock_rad * clock_rad)
+            .max(count_rad * count_rad)
+            .sqrt();
         let kernel = kernel(
             step_s,
-            believed.whole_inertia_kg_m2() * noise_rad.hypot(clock_rad),
+            believed.whole_inertia_kg_m2() * still_rad.hypot(clock_rad),
             effort_noise_nm,
             believed.coulomb_nm,
         );
@@ -172,7 +177,7 @@ impl Record {
             commanded: matches!(kind, EffortKind::TorqueReference | EffortKind::Voltage),
             stretches,
             kernel,
-            position_noise_rad: noise_rad,
+            position_noise_rad: still_rad,
             effort_noise_nm,
             rad_per_count,
             sensor,

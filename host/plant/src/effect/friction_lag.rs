@@ -39,8 +39,14 @@ impl Effect for Lag {
     }
 }
 
-impl Contact for Lagging {
-    fn step(&mut self, motion: Motion<f64>) -> f64 {
+impl Lagging {
+    /// Friction of a step, by `at`, which is told the level in it, or by `own` where friction has no bristles.
+    fn friction_nm(
+        &mut self,
+        motion: Motion<f64>,
+        at: fn(&mut Levelled, Motion<f64>, f64) -> f64,
+        own: fn(&mut Levelled, Motion<f64>) -> f64,
+    ) -> f64 {
         self.time_s += motion.dt_s;
         let v = motion.velocity_rad_s;
         let seen = match &mut self.reversal {
@@ -54,15 +60,25 @@ impl Contact for Lagging {
         };
         let level_nm = self.inner.level_nm(delayed);
         if !self.holds_at_rest() {
-            return self.inner.step(motion, level_nm);
+            return at(&mut self.inner, motion, level_nm);
         }
         let now_nm = self.inner.level_nm(seen);
-        let friction_nm = self.inner.step_own(motion);
+        let friction_nm = own(&mut self.inner, motion);
         if now_nm > 0.0 {
             friction_nm * level_nm / now_nm
         } else {
             friction_nm
         }
+    }
+}
+
+impl Contact for Lagging {
+    fn step(&mut self, motion: Motion<f64>) -> f64 {
+        self.friction_nm(motion, Levelled::step, Levelled::step_own)
+    }
+
+    fn mean_over(&mut self, motion: Motion<f64>, _: Option<f64>) -> f64 {
+        self.friction_nm(motion, Levelled::mean_over, Levelled::mean_own)
     }
 
     fn deflection_rad(&self) -> f64 {

@@ -92,11 +92,9 @@ impl Contact for OnBristles {
         self.bristles.step(motion, dry_nm) + self.viscous_nm_s_rad * motion.velocity_rad_s
     }
 
-    fn step_twice(&mut self, motion: Motion<f64>, _: Option<f64>) -> f64 {
+    fn mean_over(&mut self, motion: Motion<f64>, _: Option<f64>) -> f64 {
         let dry_nm = self.dry_nm(motion.velocity_rad_s);
-        let first_nm = self.bristles.step(motion, dry_nm);
-        self.bristles.step(motion, dry_nm);
-        first_nm + self.viscous_nm_s_rad * motion.velocity_rad_s
+        self.bristles.mean_over(motion, dry_nm) + self.viscous_nm_s_rad * motion.velocity_rad_s
     }
 
     fn deflection_rad(&self) -> f64 {
