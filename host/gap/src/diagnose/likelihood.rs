@@ -2,7 +2,7 @@
 
 use super::own::Own;
 use super::regime::{Node, Regime};
-use super::tone::take_tones;
+use super::tone::toneless;
 use crate::inverse::Record;
 use crate::signal::rms;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -350,35 +350,6 @@ impl Noise {
         let count = f64::max(count, 1.0);
         ((floor / count).sqrt(), (square / count).sqrt())
     }
-}
-
-/// A rest without the tones that stand out among some nodes of each record, places and values.
-fn toneless(
-    records: &[Record],
-    nodes: &[Node],
-    left_over: &[f64],
-    among: impl Fn(usize) -> Vec<(usize, f64)>,
-) -> Vec<f64> {
-    let mut toneless = left_over.to_vec();
-    for (place, record) in records.iter().enumerate() {
-        let of_record: Vec<usize> = (0..nodes.len())
-            .filter(|&at| nodes[at].record == place)
-            .collect();
-        let Some(&first) = of_record.first() else {
-            continue;
-        };
-        let mut values: Vec<(f64, f64)> = of_record
-            .iter()
-            .map(|&at| (nodes[at].time_s(records), left_over[at]))
-            .collect();
-        let among: Vec<usize> = among(place).into_iter().map(|(at, _)| at - first).collect();
-        let spacing_s = record.step_s * record.kernel.length as f64;
-        take_tones(&mut values, &among, spacing_s);
-        for (at, (_, value)) in of_record.into_iter().zip(values) {
-            toneless[at] = value;
-        }
-    }
-    toneless
 }
 
 /// White noise of nodes that follow each other, from their differences; the median, so that single moments do not count.

@@ -1,6 +1,8 @@
 //! Tones in a rest: what goes on at one frequency through a whole record can be predicted, so it is no noise.
 
+use super::regime::Node;
 use super::spectrum::two_columns;
+use crate::inverse::Record;
 use crate::signal::fourier;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -30,8 +32,37 @@ impl Tone {
     }
 }
 
+/// A rest without the tones that stand out among some nodes of each record, places and values.
+pub(super) fn toneless(
+    records: &[Record],
+    nodes: &[Node],
+    left_over: &[f64],
+    among: impl Fn(usize) -> Vec<(usize, f64)>,
+) -> Vec<f64> {
+    let mut toneless = left_over.to_vec();
+    for (place, record) in records.iter().enumerate() {
+        let of_record: Vec<usize> = (0..nodes.len())
+            .filter(|&at| nodes[at].record == place)
+            .collect();
+        let Some(&first) = of_record.first() else {
+            continue;
+        };
+        let mut values: Vec<(f64, f64)> = of_record
+            .iter()
+            .map(|&at| (nodes[at].time_s(records), left_over[at]))
+            .collect();
+        let among: Vec<usize> = among(place).into_iter().map(|(at, _)| at - first).collect();
+        let spacing_s = record.step_s * record.kernel.length as f64;
+        take_tones(&mut values, &among, spacing_s);
+        for (at, (_, value)) in of_record.into_iter().zip(values) {
+            toneless[at] = value;
+        }
+    }
+    toneless
+}
+
 /// Takes off the values `all` at their times, s, the tones that stand out among some of them, which lie a multiple of `spacing_s` apart.
-pub(super) fn take_tones(all: &mut [(f64, f64)], among: &[usize], spacing_s: f64) {
+fn take_tones(all: &mut [(f64, f64)], among: &[usize], spacing_s: f64) {
     for _ in 0..MOST {
         let Some(tone) = loudest(all, among, spacing_s) else {
             break;
