@@ -71,7 +71,7 @@ impl Noise {
             _ => (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
                 .min(0.5 * coulomb_nm),
         };
-        Self::with_open(records, nodes, left_over, inertia_kg_m2, 0.0, counts)
+        Self::with_method(records, nodes, left_over, inertia_kg_m2, 0.0, counts)
     }
 
     /// The same where it is known what the model leaves over on records of its own. `holds_nm` is what the model itself
@@ -86,7 +86,7 @@ impl Noise {
         own: &Own,
     ) -> Self {
         let of_method = |place, regime| own.rms_nm(place, regime);
-        let mut noise = Self::with_open(
+        let mut noise = Self::with_method(
             records,
             nodes,
             left_over,
@@ -101,7 +101,7 @@ impl Noise {
     }
 
     /// `of_method` gives what is open of the torque in a record and regime beside noise.
-    fn with_open(
+    fn with_method(
         records: &[Record],
         nodes: &[Node],
         left_over: &[f64],
