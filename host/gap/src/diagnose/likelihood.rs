@@ -71,7 +71,7 @@ impl Noise {
             _ => (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
                 .min(0.5 * coulomb_nm),
         };
-        Self::with_method(records, nodes, left_over, inertia_kg_m2, 0.0, counts)
+        Self::with_method(records, nodes, left_over, inertia_kg_m2, None, counts)
     }
 
     /// The same where it is known what the model leaves over on records of its own. `holds_nm` is what the model itself
@@ -91,7 +91,7 @@ impl Noise {
             nodes,
             left_over,
             inertia_kg_m2,
-            holds_nm,
+            Some(holds_nm),
             of_method,
         );
         for group in noise.groups.iter_mut().flatten() {
@@ -100,13 +100,14 @@ impl Noise {
         noise
     }
 
-    /// `of_method` gives what is open of the torque in a record and regime beside noise.
+    /// `of_method` gives what is open of the torque in a record and regime beside noise; `holds_nm` is none where that is not known
+    /// well enough for what the fit leaves over to tell the noise.
     fn with_method(
         records: &[Record],
         nodes: &[Node],
         left_over: &[f64],
         inertia_kg_m2: f64,
-        holds_nm: f64,
+        holds_nm: Option<f64>,
         of_method: impl Fn(usize, Regime) -> f64,
     ) -> Self {
         let members_of = |values: &[f64], place: usize, of: &dyn Fn(Regime) -> bool| {
@@ -146,14 +147,14 @@ impl Noise {
                 let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
                 let method_nm = of_method(place, regime);
                 // Differences of effort that a stiff control makes alternate are no noise: the fit does not leave them over.
-                let noise_nm = if members.len() as f64 > TELLS {
+                let noise_nm = if holds_nm.is_some() && members.len() as f64 > TELLS {
                     closed.min((robust * robust - method_nm * method_nm).max(0.0).sqrt())
                 } else {
                     closed
                 };
                 let held_nm = match regime {
                     Regime::Sliding => 0.0,
-                    _ => holds_nm,
+                    _ => holds_nm.unwrap_or(0.0),
                 };
                 let open_nm = noise_nm.max(white).hypot(method_nm).max(held_nm);
                 let floor_nm = open_nm.min(robust);
