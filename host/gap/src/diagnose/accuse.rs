@@ -121,12 +121,10 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     } else {
         parts.map_or(f64::INFINITY, |parts| parts / taken(pair))
     };
-    let second = pair
-        .ids()
-        .into_iter()
-        .filter(|id| !single.ids().contains(id));
-    let nulls: f64 = second
-        .filter_map(|id| search.null(id))
+    let is_second = |entry: &&&Entry| !single.ids().contains(&entry.id);
+    let second = || pair.added.iter().filter(is_second);
+    let nulls: f64 = second()
+        .filter_map(|entry| search.null(entry.id))
         .map(Null::may_gain)
         .sum();
     let nats = pair.score - single.score - nulls;
@@ -151,28 +149,30 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
             && (apart && slides_off && takes > least
                 || nothing_left && (apart || parts.is_none() && takes > least))
         || nothing_left && asked(SECOND_WHERE_NOTHING_IS_LEFT)
-        || gains_below_open(search, single, pair, takes);
+        || second()
+            .next()
+            .is_some_and(|entry| gains_below_open(search, single, pair, entry, takes));
     Some(if worth { pair } else { single })
 }
 
 /// Whether the second effect of a pair gains below what is open what an effect that is there does, or bristles beside friction that
 /// is static; where its null tells what it gains where it is not.
-fn gains_below_open(search: &Search, single: &Hypothesis, pair: &Hypothesis, takes: f64) -> bool {
-    let second = |entry: &&&Entry| !single.ids().contains(&entry.id);
-    let Some(entry) = pair.added.iter().find(second) else {
-        return false;
-    };
-    let Some(null) = search.null(entry.id) else {
+fn gains_below_open(
+    search: &Search,
+    single: &Hypothesis,
+    pair: &Hypothesis,
+    second: &Entry,
+    takes: f64,
+) -> bool {
+    let Some(null) = search.null(second.id) else {
         return false;
     };
     let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes);
     let nats = of_all(pair) - of_all(single) - null.may_gain_of_all();
-    let is_static = !search.base.model.believed.model.has_bristles();
-    // What follows acceleration follows errors of the motion.
-    let tells = !springs(entry) && entry.id != GROWS_WITH_LOAD;
     let (least_nats, least) = BELOW_OPEN_BESIDE;
-    nats > least_nats && takes > least && tells
-        || nats > BRISTLES_GAIN && is_static && BRISTLES.contains(&entry.id)
+    // What grows with load follows errors of the motion.
+    nats > least_nats && takes > least && !grows_with_load(second)
+        || nats > BRISTLES_GAIN && is_bristles(search, second)
 }
 
 /// Whether a rest is more times what is open than these, of all or of sliding alone.
@@ -268,16 +268,25 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
 /// Whether what a hypothesis changes may be errors of the motion, which a null does not have: a load behind a spring, what changes the
 /// same as such a load, and friction that grows with load.
 pub(super) fn follows_acceleration(search: &Search, hypothesis: &Hypothesis) -> bool {
-    let grows = |entry: &&Entry| springs(entry) || entry.id == GROWS_WITH_LOAD;
     let like =
         |h: &Hypothesis| springs(h.added[0]) && alike(search, hypothesis, h) >= LIKE_A_SPRING;
-    hypothesis.added.iter().any(grows) || search.single.iter().any(like)
+    hypothesis.added.iter().any(|entry| grows_with_load(entry)) || search.single.iter().any(like)
+}
+
+/// A load behind a spring, and friction that grows with load.
+fn grows_with_load(entry: &Entry) -> bool {
+    springs(entry) || entry.id == GROWS_WITH_LOAD
 }
 
 /// Whether a hypothesis brings bristles to friction that is static.
 pub(super) fn brings_bristles(search: &Search, hypothesis: &Hypothesis) -> bool {
-    let brings = |entry: &&Entry| BRISTLES.contains(&entry.id);
-    !search.base.model.believed.model.has_bristles() && hypothesis.added.iter().all(brings)
+    let mut added = hypothesis.added.iter();
+    added.all(|entry| is_bristles(search, entry))
+}
+
+/// Whether an effect brings bristles to friction that is static.
+fn is_bristles(search: &Search, entry: &Entry) -> bool {
+    !search.base.model.believed.model.has_bristles() && BRISTLES.contains(&entry.id)
 }
 
 /// Cosine between what two hypotheses change of what the simulator leaves over, as a fit weighs it.

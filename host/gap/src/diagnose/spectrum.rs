@@ -11,7 +11,7 @@ const LINES: usize = 8;
 /// Most lines of a spectrum: a finer one only costs time.
 const MOST_LINES: f64 = 4000.0;
 /// Lines of a spectrum over time in the width of one.
-const PADDED: usize = 4;
+pub(super) const PADDED: usize = 4;
 /// A wave of which the kernel leaves less is not seen.
 const LEAST_LEFT: f64 = 0.1;
 /// Lines after which an angle is computed anew.

@@ -1,7 +1,7 @@
 //! Tones in a rest: what goes on at one frequency through a whole record can be predicted, so it is no noise.
 
 use super::regime::Node;
-use super::spectrum::two_columns;
+use super::spectrum::{PADDED, two_columns};
 use crate::inverse::Record;
 use crate::signal::fourier;
 use nalgebra::DVector;
@@ -12,9 +12,6 @@ use std::f64::consts::TAU;
 const STANDS_OUT: f64 = 0.1;
 /// Most tones of a record.
 const MOST: usize = 3;
-/// Lines of the spectrum in the width of one.
-const PADDED: usize = 4;
-
 /// Frequencies of the mains, Hz. A tone at one of them or a multiple is the recorder's hum.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 
