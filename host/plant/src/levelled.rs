@@ -69,8 +69,9 @@ impl Levelled {
         // One step of s = level/g(v/s): from step to step it follows what little the level changes.
         let own_rad_s = speed_rad_s / self.times;
         let own_nm = self.contact.steady_state_nm(own_rad_s) - self.viscous_nm_s_rad * own_rad_s;
+        let own_nm = own_nm.max(f64::MIN_POSITIVE);
         let dry_nm = becomes_nm - self.viscous_nm_s_rad * speed_rad_s;
-        let times = (dry_nm / own_nm.max(f64::MIN_POSITIVE)).clamp(TIMES[0], TIMES[1]);
+        let times = (dry_nm / own_nm).clamp(TIMES[0], TIMES[1]);
         self.contact.rescale(self.times / times);
         self.times = times;
         let own = Motion {

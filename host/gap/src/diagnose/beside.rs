@@ -2,11 +2,11 @@
 
 use super::accuse::{ACCUSES, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
-use super::hypothesis::{Hypothesis, Judge, of_noise, sort};
+use super::hypothesis::{Hypothesis, Judge, is_predicted, of_noise, sort};
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
-use crate::inverse::{Free, Owner, fit_at};
+use crate::inverse::{Free, Owner, fit, fit_at};
 use bristle_plant::effect::{Entry, Scale};
 
 /// Effects that are tried beside another.
@@ -55,6 +55,39 @@ impl Pairs<'_> {
         }
         sort(&mut several);
         Ok(several)
+    }
+
+    /// Backward: each effect of a pair without the other, from where it came out beside it, where it does better than alone. What has the first
+    /// effect in the other's place may have kept the fit of that one from where it explains.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn each_alone(&self, pair: &Hypothesis) -> Result<Vec<Hypothesis>, InputError> {
+        let (records, weights) = (self.judge.records, self.judge.weights);
+        let background = self.background(self.base);
+        let mut better = Vec::new();
+        for entry in pair
+            .added
+            .iter()
+            .copied()
+            .filter(|entry| is_predicted(entry))
+        {
+            let Some(start) = came_out_of(pair, &background, entry) else {
+                continue;
+            };
+            let mut model = background.with(entry, &start);
+            model.scales_effort |= pair.model.scales_effort;
+            let own = self.base.model.free.len();
+            let mut from = pair.fit.at[..own].to_vec();
+            from.extend_from_slice(&model.start()[own..]);
+            let fit = fit(&model, records, weights, from)?;
+            let alone = self.judge.hypothesis(vec![entry], model, fit);
+            let before = self.alone(entry).map(Hypothesis::log_evidence);
+            if before.is_none_or(|before| alone.log_evidence() > before) {
+                better.push(alone);
+            }
+        }
+        Ok(better)
     }
 
     /// What every effect promises beside `first`.
@@ -131,13 +164,10 @@ impl Pairs<'_> {
     /// An effect that does well alone, from where it came out; not a wave with a phase of its own on each record.
     fn came_out(&self, background: &Background<'_>, entry: &'static Entry) -> Option<Start> {
         let alone = self.alone(entry)?;
-        let on_one = |free: &Free| matches!(free.owner, Owner::OnRecord(..));
-        if alone.score - self.base.score < ACCUSES || alone.model.free.iter().any(on_one) {
+        if alone.score - self.base.score < ACCUSES {
             return None;
         }
-        let point = alone.model.at(&alone.fit.at);
-        let values = &point.effects().last()?.values;
-        Some(background.as_it_came_out(entry, values))
+        came_out_of(alone, background, entry)
     }
 
     /// The best of these effects beside a hypothesis, best first.
@@ -167,4 +197,20 @@ impl Pairs<'_> {
         sort(&mut found);
         Ok(found)
     }
+}
+
+/// An effect from where it came out in a hypothesis; not a wave with a phase of its own on each record.
+fn came_out_of(
+    hypothesis: &Hypothesis,
+    background: &Background<'_>,
+    entry: &'static Entry,
+) -> Option<Start> {
+    let on_one = |free: &Free| matches!(free.owner, Owner::OnRecord(..));
+    if hypothesis.model.free.iter().any(on_one) {
+        return None;
+    }
+    let point = hypothesis.model.at(&hypothesis.fit.at);
+    let effects = point.effects();
+    let effect = effects.iter().rfind(|added| added.entry.id == entry.id)?;
+    Some(background.as_it_came_out(entry, &effect.values))
 }

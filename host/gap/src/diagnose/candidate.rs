@@ -127,14 +127,18 @@ impl<'a> Background<'a> {
         model
     }
 
-    /// Whether an effect changes how much of the effort arrives, as the first record tells. Its change is then judged by the effort that was
-    /// recorded: letting nothing through it would explain everything.
+    /// Whether an effect changes how much of the effort arrives. Its change is then judged by the effort that was recorded: letting nothing
+    /// through it would explain everything.
     pub(super) fn scales_effort(&self, entry: &'static Entry, values: &[f64]) -> bool {
         let model = self.with_values(entry, values);
-        !entry.cuts()
-            && model
-                .changes_gain(&self.records[..1], &self.fit.at)
-                .unwrap_or_default()
+        self.changes_gain(entry, &model, &self.fit.at)
+            .unwrap_or_default()
+    }
+
+    /// Whether the effects of a model, `entry` the last of them, change how much of the effort arrives at a point, as the first record
+    /// tells. What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
+    fn changes_gain(&self, entry: &Entry, model: &Model, at: &[f64]) -> Result<bool, InputError> {
+        Ok(!entry.cuts() && model.changes_gain(&self.records[..1], at)?)
     }
 
     /// Change of the weighted rest that an effect makes.
@@ -288,8 +292,7 @@ impl<'a> Background<'a> {
         {
             from[stiffness] += MAKES_ROOM.ln();
         }
-        // What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
-        model.scales_effort |= !entry.cuts() && model.changes_gain(self.records, &from)?;
+        model.scales_effort |= self.changes_gain(entry, &model, &from)?;
         let near = |model: &Model, from: Vec<f64>| {
             let known = &self.fit.jacobian;
             fit_near_until(
@@ -303,7 +306,7 @@ impl<'a> Background<'a> {
         };
         let mut fit = near(&model, from)?;
         // Where it came out it may, where it started not.
-        if !model.scales_effort && !entry.cuts() && model.changes_gain(self.records, &fit.at)? {
+        if !model.scales_effort && self.changes_gain(entry, &model, &fit.at)? {
             model.scales_effort = true;
             fit = near(&model, fit.at)?;
         }

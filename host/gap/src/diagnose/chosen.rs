@@ -1,9 +1,9 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES,
-    TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution, explained,
-    follows_acceleration,
+    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES_OF_SQUARES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution,
+    explained, follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
@@ -115,12 +115,15 @@ impl<'a> Chosen<'a> {
     }
 
     /// Whether it stands for something that no list has: it leaves much in sliding, or what depends smoothly on where an axis is and
-    /// how it moves.
+    /// how it moves, or alone what no effect leaves that is there.
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
         let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
         let is_foreign = || left.much && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
-        !of_noise(self.best) && !takes_all && (slides_off || is_foreign())
+        let alone = self.best.added.len() == 1;
+        let leaves =
+            alone && left.something && self.squares[1] > LEAVES_OF_SQUARES * self.squares[0];
+        !of_noise(self.best) && !takes_all && (slides_off || leaves || is_foreign())
     }
 
     /// What explains best what lies below what is open: bristles whatever is accused, else only where nothing is.

@@ -91,7 +91,12 @@ pub(super) fn fitted_ones(catalogue: &[&'static Entry]) -> impl Iterator<Item = 
     catalogue
         .iter()
         .copied()
-        .filter(|entry| !NOISE_ONLY.contains(&entry.id))
+        .filter(|entry| is_predicted(entry))
+}
+
+/// Whether an effect's torque can be predicted.
+pub(super) fn is_predicted(entry: &Entry) -> bool {
+    !NOISE_ONLY.contains(&entry.id)
 }
 
 /// Whether nothing but noise was added.

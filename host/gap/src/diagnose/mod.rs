@@ -4,6 +4,7 @@ mod accuse;
 mod apply;
 mod axis_at;
 mod beside;
+mod bristles;
 mod candidate;
 mod ceiling;
 mod chosen;

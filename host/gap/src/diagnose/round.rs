@@ -1,9 +1,10 @@
 //! A round of the search: everything fitted with the weights of some noise, and the hypotheses that it comes to.
 
-use super::accuse::{NOTHING, leaves};
+use super::accuse::{ACCUSES, NOTHING, leaves};
 use super::beside::Pairs;
+use super::bristles::fit_bristles;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, NOISE_ONLY, fitted_ones, log_belief, sort};
+use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_predicted, log_belief, sort};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::screen::Tried;
@@ -88,6 +89,7 @@ impl Round {
         let unlisted = unlisted.iter().map(|h| h.score - base.score);
         let unlisted_nats = unlisted.fold(0.0, f64::max);
         single.extend(listed);
+        fit_bristles(ground, &self.own, &noise, &mut single)?;
         sort(&mut single);
         let pairs = Pairs {
             judge: &judge,
@@ -98,6 +100,19 @@ impl Round {
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
         let mut several = pairs.search(&fitted, progress)?;
         self.settle(ground, &noise, &mut several)?;
+        let both = several.first().filter(|both| {
+            let gained = |one: &Hypothesis| both.score - one.score > ACCUSES;
+            single.first().is_some_and(gained)
+        });
+        if let Some(both) = both {
+            let mut better = pairs.each_alone(both)?;
+            self.settle(ground, &noise, &mut better)?;
+            for alone in better {
+                single.retain(|h| h.added[0].id != alone.added[0].id);
+                single.push(alone);
+            }
+            sort(&mut single);
+        }
         Ok(Compared {
             noise,
             base,
@@ -107,13 +122,13 @@ impl Round {
         })
     }
 
-    /// Fits the best pairs with the noise that they leave themselves, where they leave something: by the weights of a single effect
-    /// what the second one explains was noise.
+    /// Fits the best ones with the noise that they leave themselves, where they leave something: by the weights of another effect
+    /// what they explain was noise.
     fn settle(
         &self,
         ground: &Ground<'_>,
         compared: &Noise,
-        several: &mut [Hypothesis],
+        best: &mut [Hypothesis],
     ) -> Result<(), InputError> {
         let &Ground { records, nodes, .. } = ground;
         let settling = Settling {
@@ -123,16 +138,16 @@ impl Round {
             most: MOST_ROUNDS - 1,
             least_gain: 0.0,
         };
-        let something = |pair: &Hypothesis| leaves(compared, nodes, &pair.held_out, NOTHING);
-        let predicted = |pair: &Hypothesis| pair.added.iter().all(|e| !NOISE_ONLY.contains(&e.id));
-        let best = several.len().min(SETTLED);
-        several[..best].par_iter_mut().try_for_each(|pair| {
-            if !something(pair) || !predicted(pair) {
+        let something = |one: &Hypothesis| leaves(compared, nodes, &one.held_out, NOTHING);
+        let predicted = |one: &Hypothesis| one.added.iter().all(|entry| is_predicted(entry));
+        let most = best.len().min(SETTLED);
+        best[..most].par_iter_mut().try_for_each(|one| {
+            if !something(one) || !predicted(one) {
                 return Ok(());
             }
             let found = Weighed {
-                model: pair.model.clone(),
-                fit: pair.fit.clone(),
+                model: one.model.clone(),
+                fit: one.fit.clone(),
                 weights: self.weights.clone(),
             };
             let weights = settling.noise(&found).weights(nodes);
@@ -147,13 +162,13 @@ impl Round {
                 weights: &weights,
                 noise: compared,
             };
-            let settled = judge.hypothesis(pair.added.clone(), model, fit);
-            if settled.log_evidence() > pair.log_evidence() {
-                *pair = settled;
+            let settled = judge.hypothesis(one.added.clone(), model, fit);
+            if settled.log_evidence() > one.log_evidence() {
+                *one = settled;
             }
             Ok(())
         })?;
-        sort(several);
+        sort(best);
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::accuse::{ACCUSES, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, NOISE_ONLY, fitted_ones, of_noise};
+use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
 use super::look_again::look_again;
 use super::null::nulls;
 use super::own::Own;
@@ -205,7 +205,7 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         })
         .into_iter()
         .flat_map(|pair| pair.added.iter().copied())
-        .filter(|entry| !NOISE_ONLY.contains(&entry.id));
+        .filter(|entry| is_predicted(entry));
     for entry in below.chain(second) {
         if accusable.iter().all(|known| known.id != entry.id) {
             accusable.push(entry);

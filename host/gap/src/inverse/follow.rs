@@ -134,6 +134,8 @@ impl Contact for Mean {
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
 pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 
+/// Steps of a load within a sample: a step is exact but for friction, which a load that follows faster than this hardly changes.
+const MOST_STEPS: f64 = 10.0;
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
 
@@ -410,7 +412,9 @@ impl Load {
         let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
         let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
         // Half a radian a step lets friction follow.
-        let steps = (natural_2.sqrt() * step_s / 0.5).ceil().clamp(1.0, 20.0);
+        let steps = (natural_2.sqrt() * step_s / 0.5)
+            .ceil()
+            .clamp(1.0, MOST_STEPS);
         let dt_s = step_s / steps;
         let (even, odd) = damped(natural_2, loss, dt_s);
         Self {

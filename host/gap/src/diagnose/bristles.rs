@@ -1,0 +1,73 @@
+//! Bristles beside friction that is static: what it leaves open while the axis hardly moves, about half of itself, they do not.
+
+use super::hypothesis::{Hypothesis, Judge};
+use super::likelihood::Noise;
+use super::own::Own;
+use super::round::WORTH_A_ROUND;
+use super::single::Ground;
+use crate::error::InputError;
+use crate::inverse::{Model, fit};
+use bristle_plant::effect::Entry;
+use rayon::prelude::*;
+
+/// Effects that bring bristles.
+const BRISTLES: [&str; 2] = ["friction.presliding", "friction.nonlocal"];
+/// Most fits of them.
+const MOST_FITS: usize = 4;
+
+/// Whether an effect brings bristles to the friction of a simulator that is static.
+pub(super) fn is_bristles(simulator: &Model, entry: &Entry) -> bool {
+    !simulator.believed.model.has_bristles() && BRISTLES.contains(&entry.id)
+}
+
+/// Fits the hypotheses that bring bristles with the noise that they leave themselves: by the weights of static friction a fit is blind where bristles
+/// bend. Taken where they do better below what is open, and no worse above it.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn fit_bristles(
+    ground: &Ground<'_>,
+    own: &Own,
+    compared: &Noise,
+    hypotheses: &mut [Hypothesis],
+) -> Result<(), InputError> {
+    let &Ground {
+        records,
+        nodes,
+        model,
+        ..
+    } = ground;
+    let bend = |h: &Hypothesis| h.added.iter().any(|entry| is_bristles(model, entry));
+    let noise_of = |h: &Hypothesis| {
+        let inertia_kg_m2 = h.model.believed.whole_inertia_kg_m2();
+        Noise::beside(records, nodes, &h.fit.left_over, inertia_kg_m2, 0.0, own)
+    };
+    let of_all = |h: &Hypothesis| h.score_of_all(compared, nodes);
+    let fitted = hypotheses.par_iter_mut().filter(|h| bend(h));
+    fitted.try_for_each(|hypothesis| {
+        let mut best = hypothesis.clone();
+        for _ in 0..MOST_FITS {
+            let weights = noise_of(&best).weights(nodes);
+            let judge = Judge {
+                records,
+                nodes,
+                weights: &weights,
+                noise: compared,
+            };
+            let fit = fit(&best.model, records, &weights, best.fit.at.clone())?;
+            let anew = judge.hypothesis(best.added.clone(), best.model.clone(), fit);
+            let gained = of_all(&anew) - of_all(&best);
+            if gained <= 0.0 {
+                break;
+            }
+            best = anew;
+            if gained < WORTH_A_ROUND {
+                break;
+            }
+        }
+        if best.score > hypothesis.score - WORTH_A_ROUND {
+            *hypothesis = best;
+        }
+        Ok(())
+    })
+}
