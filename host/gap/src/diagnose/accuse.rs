@@ -69,10 +69,10 @@ pub(super) const UNKNOWN_SLIDING_USUALLY: f64 = 1.55;
 pub(super) const EVENLY: (f64, f64) = (1.1, 3.0);
 /// Part of the weighted squares left by an effect that is named whatever its form leaves in sliding.
 pub(super) const TAKES_ALL_BUT: f64 = 0.05;
-/// Times of what is open, of all and as a ratio of root-mean-squares in motion, that a single effect leaves where it is there, but for what is
-/// less than that part of the weighted squares. Of 74 trials that were named rightly none was beyond it, of six whose effect was left out five were.
-pub(super) const LEAVES: [f64; 2] = [1.2, 1.4];
-pub(super) const LEAVES_OF_SQUARES: f64 = 0.3;
+/// Ratio of root-mean-squares in motion, and part of the weighted squares, beyond which a single effect leaves what none does that is there. Of
+/// 74 trials that were named rightly none was beyond both, of six whose effect was left out five were. A real axis leaves some times of what is open
+/// all over, by many small effects; an effect of the wrong form leaves much in few moments.
+pub(super) const LEAVES: (f64, f64) = (1.4, 0.3);
 /// Beyond so many of these times in sliding, and below such a share of the gap, what is named stands for something that no list has, as
 /// a spring does for a cable's hysteresis. Opened cases that were named rightly were at 2.1 at most or explained more, but for
 /// one; of eleven with an effect that no list has ten were at 2.4 and more.

@@ -1,9 +1,9 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES_OF_SQUARES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR,
-    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution,
-    explained, follows_acceleration,
+    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT,
+    TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution, explained,
+    follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
@@ -121,8 +121,7 @@ impl<'a> Chosen<'a> {
         let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
         let is_foreign = || left.much && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
         let alone = self.best.added.len() == 1;
-        let leaves =
-            alone && left.something && self.squares[1] > LEAVES_OF_SQUARES * self.squares[0];
+        let leaves = alone && left.something && self.squares[1] > LEAVES.1 * self.squares[0];
         !of_noise(self.best) && !takes_all && (slides_off || leaves || is_foreign())
     }
 

@@ -13,8 +13,7 @@ pub(super) struct Left {
     pub(super) times: [f64; 3],
     /// It is much: neither noise of the recorder nor what the model leaves over of its own records.
     pub(super) much: bool,
-    /// It is more than what an effect leaves that is there, over all regimes or in few moments, and not what the model leaves over of
-    /// its own records.
+    /// It is more than what an effect leaves in few moments that is there, and not what the model leaves over of its own records.
     pub(super) something: bool,
 }
 
@@ -34,10 +33,8 @@ impl Left {
             let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
             times.iter().zip(most).any(|(times, most)| *times > most)
         };
-        let is_something = |noise: &Noise| {
-            noise.times_open(&search.nodes, rest) > LEAVES[0]
-                || noise.rms_times_open(&search.nodes, rest, &Regime::MOVING) > LEAVES[1]
-        };
+        let is_something =
+            |noise: &Noise| noise.rms_times_open(&search.nodes, rest, &Regime::MOVING) > LEAVES.0;
         let times = times_by(&search.noise);
         let noise_alone =
             times[0] < EVENLY.1 && search.noise.is_even(&search.nodes, rest, EVENLY.0);
