@@ -1,7 +1,7 @@
 //! Which hypothesis is worth the effects that it adds.
 
 use super::bristles::is_bristles;
-use super::hypothesis::{Hypothesis, NOISE_ONLY, of_noise};
+use super::hypothesis::{Hypothesis, is_predicted, of_noise};
 use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::{Node, Regime};
@@ -115,11 +115,11 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
     };
     let before = search.weighted_squares(&search.base);
     let taken = |h: &Hypothesis| before - search.weighted_squares(h);
-    let shown = |id: &str| NOISE_ONLY.contains(&id) || search.shown == Some(id);
+    let shown = |entry: &&Entry| !is_predicted(entry) || search.shown == Some(entry.id);
     // What explains nothing by itself stands for the other one's error.
     let alone = |id: &str| search.alone(id).map(taken).filter(|taken| *taken > 0.0);
     let parts: Option<f64> = pair.ids().into_iter().map(alone).sum();
-    let overlap = if pair.ids().into_iter().any(shown) {
+    let overlap = if pair.added.iter().any(shown) {
         1.0
     } else {
         parts.map_or(f64::INFINITY, |parts| parts / taken(pair))

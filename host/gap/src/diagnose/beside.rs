@@ -57,8 +57,8 @@ impl Pairs<'_> {
         Ok(several)
     }
 
-    /// Backward: each effect of a pair without the other, from where it came out beside it, where it does better than alone. What has the first
-    /// effect in the other's place may have kept the fit of that one from where it explains.
+    /// Backward: each effect of a pair without the other, from where it came out beside it, where that does better than its own fit, which may
+    /// have taken for noise what it explains.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
@@ -66,16 +66,11 @@ impl Pairs<'_> {
         let (records, weights) = (self.judge.records, self.judge.weights);
         let background = self.background(self.base);
         let mut better = Vec::new();
-        for entry in pair
-            .added
-            .iter()
-            .copied()
-            .filter(|entry| is_predicted(entry))
-        {
-            let Some(start) = came_out_of(pair, &background, entry) else {
+        for &entry in pair.added.iter().filter(|entry| is_predicted(entry)) {
+            let Some(values) = values_in(pair, entry) else {
                 continue;
             };
-            let mut model = background.with(entry, &start);
+            let mut model = background.with(entry, &Start::at(values));
             model.scales_effort |= pair.model.scales_effort;
             let own = self.base.model.free.len();
             let mut from = pair.fit.at[..own].to_vec();
@@ -167,7 +162,7 @@ impl Pairs<'_> {
         if alone.score - self.base.score < ACCUSES {
             return None;
         }
-        came_out_of(alone, background, entry)
+        Some(background.as_it_came_out(entry, values_in(alone, entry)?))
     }
 
     /// The best of these effects beside a hypothesis, best first.
@@ -199,12 +194,8 @@ impl Pairs<'_> {
     }
 }
 
-/// An effect from where it came out in a hypothesis; not a wave with a phase of its own on each record.
-fn came_out_of(
-    hypothesis: &Hypothesis,
-    background: &Background<'_>,
-    entry: &'static Entry,
-) -> Option<Start> {
+/// The values that an effect came out with in a hypothesis; none for a wave with a phase of its own on each record.
+fn values_in(hypothesis: &Hypothesis, entry: &Entry) -> Option<Vec<f64>> {
     let on_one = |free: &Free| matches!(free.owner, Owner::OnRecord(..));
     if hypothesis.model.free.iter().any(on_one) {
         return None;
@@ -212,5 +203,5 @@ fn came_out_of(
     let point = hypothesis.model.at(&hypothesis.fit.at);
     let effects = point.effects();
     let effect = effects.iter().rfind(|added| added.entry.id == entry.id)?;
-    Some(background.as_it_came_out(entry, &effect.values))
+    Some(effect.values.clone())
 }

@@ -41,6 +41,18 @@ pub struct Start {
     pub guessed: bool,
 }
 
+impl Start {
+    /// At these values, whatever they promise.
+    pub(super) fn at(values: Vec<f64>) -> Self {
+        Self {
+            values,
+            phases: Vec::new(),
+            gain: 0.0,
+            guessed: false,
+        }
+    }
+}
+
 /// An effect, and where to start from, best first.
 pub(super) type Screened = (&'static Entry, Vec<Start>);
 
@@ -138,7 +150,7 @@ impl<'a> Background<'a> {
     /// Whether the effects of a model, `entry` the last of them, change how much of the effort arrives at a point, as the first record
     /// tells. What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
     fn changes_gain(&self, entry: &Entry, model: &Model, at: &[f64]) -> Result<bool, InputError> {
-        Ok(!entry.cuts() && model.changes_gain(&self.records[..1], at)?)
+        Ok(!entry.cuts() && model.changes_gain(&self.records[0], at)?)
     }
 
     /// Change of the weighted rest that an effect makes.

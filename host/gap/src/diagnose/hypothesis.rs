@@ -8,7 +8,7 @@ use bristle_plant::effect::{Entry, Kind};
 use nalgebra::Cholesky;
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
-pub(super) const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
+const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
 
 /// Nats of belief in the simulator's own parameters that an effect may cost. Of opened cases right answers cost 2 at most, an effect
 /// that was not there 109.
@@ -101,10 +101,7 @@ pub(super) fn is_predicted(entry: &Entry) -> bool {
 
 /// Whether nothing but noise was added.
 pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
-    hypothesis
-        .added
-        .iter()
-        .all(|entry| NOISE_ONLY.contains(&entry.id))
+    hypothesis.added.iter().all(|entry| !is_predicted(entry))
 }
 
 /// What hypotheses are judged by.

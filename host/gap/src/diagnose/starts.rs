@@ -133,12 +133,10 @@ impl Background<'_> {
     }
 
     /// An effect as it came out elsewhere, and what it promises here.
-    pub(super) fn as_it_came_out(&self, entry: &'static Entry, values: &[f64]) -> Start {
+    pub(super) fn as_it_came_out(&self, entry: &'static Entry, values: Vec<f64>) -> Start {
         Start {
-            values: values.to_vec(),
-            phases: Vec::new(),
-            gain: self.gain(entry, values, self.scales_effort(entry, values)),
-            guessed: false,
+            gain: self.gain(entry, &values, self.scales_effort(entry, &values)),
+            ..Start::at(values)
         }
     }
 

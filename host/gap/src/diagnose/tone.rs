@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 const STANDS_OUT: f64 = 0.1;
 /// Most tones of a record.
 const MOST: usize = 3;
+
 /// Frequencies of the mains, Hz. A tone at one of them or a multiple is the recorder's hum.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 

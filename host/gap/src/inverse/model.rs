@@ -297,19 +297,14 @@ impl Model {
             if ![Own::Inertia, Own::DriveLag, Own::Skew].contains(&own))
     }
 
-    /// Whether the effects change how much of the effort arrives at a point.
+    /// Whether the effects change how much of the effort of the first record arrives at a point.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub fn changes_gain(&self, records: &[Record], at: &[f64]) -> Result<bool, InputError> {
+    pub fn changes_gain(&self, first: &Record, at: &[f64]) -> Result<bool, InputError> {
         let point = self.at(at);
-        for (place, record) in records.iter().enumerate() {
-            let (_, change) = point.rest_and_change(record, place, Rubbing::Anew)?;
-            if (gain(&change, &point.arrives(record, place)?) - 1.0).abs() > 0.01 {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+        let (_, change) = point.rest_and_change(first, 0, Rubbing::Anew)?;
+        Ok((gain(&change, &point.arrives(first, 0)?) - 1.0).abs() > 0.01)
     }
 }
 
