@@ -1,6 +1,6 @@
 //! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
-use super::accuse::{ACCUSES, foremost, leaves_room};
+use super::accuse::{ACCUSES, BELOW_OPEN_BESIDE, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, is_predicted, of_noise, sort};
 use super::screen::{Tried, by_promise, fit_best, screen};
@@ -14,7 +14,13 @@ pub(super) const BESIDE: usize = 4;
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
 /// Part of the best one's gain that another must have alone to be tried in its place: with less it hardly stands for the same.
-const RIVALS: f64 = 0.3;
+const RIVALS: f64 = 0.2;
+
+/// The same of one that the first is tried without, beside whatever else does well alone, where the best leaves much: of two effects a third one may
+/// do better alone than either.
+const NEXT: f64 = 0.5;
+/// So many of them at most.
+const MOST_NEXT: usize = 2;
 
 /// What pairs are made of.
 pub(super) struct Pairs<'a> {
@@ -41,16 +47,33 @@ impl Pairs<'_> {
             return Ok(Vec::new());
         };
         let background = self.background(self.ground(first));
-        let screened = if leaves_room(self.judge.noise, self.judge.nodes, &first.held_out) {
+        let room = leaves_room(self.judge.noise, self.judge.nodes, &first.held_out);
+        let screened = if room {
             self.screened(&background, first, entries, progress)
         } else {
             self.rivals(&background, ACCUSES, &first.ids())
         };
         let mut several = self.beside(first, &background, &screened)?;
+        if of_noise(first) {
+            return Ok(several);
+        }
         let better = several.first().filter(|both| both.score > first.score);
-        if let Some(second) = better.and_then(|both| self.alone(both.added.last()?))
-            && !of_noise(first)
-        {
+        let mut seconds: Vec<&Hypothesis> = better
+            .and_then(|both| self.alone(both.added.last()?))
+            .into_iter()
+            .collect();
+        if room {
+            let enough = NEXT * (first.score - self.base.score);
+            let next = self.single.iter().filter(|h| {
+                h.score - self.base.score > enough && !of_noise(h) && h.ids() != first.ids()
+            });
+            for next in next.take(MOST_NEXT) {
+                if seconds.iter().all(|second| second.ids() != next.ids()) {
+                    seconds.push(next);
+                }
+            }
+        }
+        for second in seconds {
             several.extend(self.in_place_of(first, second)?);
         }
         sort(&mut several);
@@ -122,12 +145,12 @@ impl Pairs<'_> {
         )
     }
 
-    /// What gains more than `enough` alone, from where it came out; not what is `taken`.
+    /// What gains `enough` alone, from where it came out; not what is `taken`.
     fn rivals(&self, background: &Background<'_>, enough: f64, taken: &[&str]) -> Vec<Screened> {
         let mut rivals: Vec<Screened> = self
             .single
             .iter()
-            .filter(|h| h.score - self.base.score > enough && !of_noise(h))
+            .filter(|h| self.gains(h, enough) && !of_noise(h))
             .map(|h| h.added[0])
             .filter(|entry| !taken.contains(&entry.id))
             .filter_map(|entry| Some((entry, vec![self.came_out(background, entry)?])))
@@ -159,10 +182,17 @@ impl Pairs<'_> {
     /// An effect that does well alone, from where it came out; not a wave with a phase of its own on each record.
     fn came_out(&self, background: &Background<'_>, entry: &'static Entry) -> Option<Start> {
         let alone = self.alone(entry)?;
-        if alone.score - self.base.score < ACCUSES {
+        if !self.gains(alone, ACCUSES) {
             return None;
         }
         Some(background.as_it_came_out(entry, values_in(alone, entry)?))
+    }
+
+    /// Whether an effect gains so much alone, or below what is open what is asked of a second effect there.
+    fn gains(&self, alone: &Hypothesis, enough: f64) -> bool {
+        let of_all = |h: &Hypothesis| h.score_of_all(self.judge.noise, self.judge.nodes);
+        alone.score - self.base.score > enough
+            || of_all(alone) - of_all(self.base) > BELOW_OPEN_BESIDE.0
     }
 
     /// The best of these effects beside a hypothesis, best first.

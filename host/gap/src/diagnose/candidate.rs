@@ -28,6 +28,9 @@ const TORQUE_WAVES: [&str; 3] = [
 /// With it the simulator's own start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
 
+/// Part of the effort by which an effect changes how much of it arrives.
+const CHANGES_GAIN: f64 = 0.01;
+
 /// A place to start a fit from, and how much of the weighted rest it should take away.
 #[derive(Clone, Debug)]
 pub struct Start {
@@ -71,6 +74,8 @@ pub struct Background<'a> {
     /// The fit.
     pub fit: &'a Fit,
     basis: DMatrix<f64>,
+    /// Part of the first record's effort that arrives.
+    arrives: f64,
     /// Friction of the model's contact along the motion, N m.
     friction_nm: Vec<f64>,
 }
@@ -95,6 +100,11 @@ impl<'a> Background<'a> {
         let rubbing = Rubbing::Kept(&mut friction_nm);
         // It could be followed when it was fitted.
         let _ = model.left_over_rubbing(records, &fit.at, rubbing);
+        let arrives = if model.effects.is_empty() {
+            1.0
+        } else {
+            model.gain(&records[0], &fit.at).unwrap_or(1.0)
+        };
         Self {
             model,
             records,
@@ -103,6 +113,7 @@ impl<'a> Background<'a> {
             weights,
             fit,
             basis: stacked.qr().q().rows(0, rows).into_owned(),
+            arrives,
             friction_nm,
         }
     }
@@ -147,10 +158,14 @@ impl<'a> Background<'a> {
             .unwrap_or_default()
     }
 
-    /// Whether the effects of a model, `entry` the last of them, change how much of the effort arrives at a point, as the first record
+    /// Whether `entry`, the last effect of a model, changes at a point how much of the effort arrives, as the first record
     /// tells. What a limit cuts does not arrive at all, and its range keeps it from cutting everything.
     fn changes_gain(&self, entry: &Entry, model: &Model, at: &[f64]) -> Result<bool, InputError> {
-        Ok(!entry.cuts() && model.changes_gain(&self.records[0], at)?)
+        if entry.cuts() {
+            return Ok(false);
+        }
+        let gain = model.gain(&self.records[0], at)?;
+        Ok((gain - self.arrives).abs() > CHANGES_GAIN)
     }
 
     /// Change of the weighted rest that an effect makes.

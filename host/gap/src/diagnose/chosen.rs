@@ -2,8 +2,8 @@
 
 use super::accuse::{
     ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT,
-    TIES, TIES_BUT_FOR_PRIORS, below_open, brings_bristles, choose, contribution, explained,
-    follows_acceleration,
+    TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, below_open, brings_bristles, choose, contribution,
+    explained, follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
@@ -70,9 +70,11 @@ impl<'a> Chosen<'a> {
         });
         let matters =
             |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(takes);
-        let [before, after] = self.rms_times;
-        let of_moments = matters(self.rms_times) && explained(before, after) > OF_MOMENTS;
         let evidence = best.log_evidence() - search.base.log_evidence() - nats;
+        let [before, after] = self.rms_times;
+        let of_moments = matters(self.rms_times)
+            && explained(before, after) > OF_MOMENTS
+            && (before > LEAVES.0 || evidence > BY_EVIDENCE.0);
         let explains = (matters(self.times) || of_moments) && self.explained > SHARE
             || of_moments && evidence > TIES.0;
         let evident = evidence > BY_EVIDENCE.0
@@ -119,9 +121,14 @@ impl<'a> Chosen<'a> {
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
         let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
-        let is_foreign = || left.much && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
-        let alone = self.best.added.len() == 1;
-        let leaves = alone && left.something && self.squares[1] > LEAVES.1 * self.squares[0];
+        let is_foreign = || left.any && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
+        let leaves = match self.best.added[..] {
+            [entry] if left.moments > LEAVES.0 => {
+                self.squares[1] > LEAVES.1 * self.squares[0]
+                    || self.times[1] > LEAVES.2 && !springs(entry)
+            }
+            _ => left.moments > UNKNOWN_MOMENTS,
+        };
         !of_noise(self.best) && !takes_all && (slides_off || leaves || is_foreign())
     }
 

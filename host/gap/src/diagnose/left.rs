@@ -1,6 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
-use super::accuse::{EVENLY, LEAVES, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY};
+use super::accuse::{
+    EVENLY, LEAVES, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, leaves,
+};
 use super::fitted_noise::own_with_noise;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
@@ -11,10 +13,13 @@ use super::tried::Search;
 pub(super) struct Left {
     /// Over all regimes; as a ratio of root-mean-squares in sliding; as the mean over records in sliding.
     pub(super) times: [f64; 3],
+    /// It is anything.
+    pub(super) any: bool,
     /// It is much: neither noise of the recorder nor what the model leaves over of its own records.
     pub(super) much: bool,
-    /// It is more than what an effect leaves in few moments that is there, and not what the model leaves over of its own records.
-    pub(super) something: bool,
+    /// Ratio of root-mean-squares in motion, by which few moments count; neither of noise of the recorder nor, where it is large, of what
+    /// the model leaves over of its own records.
+    pub(super) moments: f64,
 }
 
 impl Left {
@@ -33,28 +38,28 @@ impl Left {
             let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
             times.iter().zip(most).any(|(times, most)| *times > most)
         };
-        let is_something =
-            |noise: &Noise| noise.rms_times_open(&search.nodes, rest, &Regime::MOVING) > LEAVES.0;
+        let moments_by = |noise: &Noise| noise.rms_times_open(&search.nodes, rest, &Regime::MOVING);
         let times = times_by(&search.noise);
         let noise_alone =
             times[0] < EVENLY.1 && search.noise.is_even(&search.nodes, rest, EVENLY.0);
-        let much = is_much(times) && !noise_alone;
-        let something = is_something(&search.noise) && !noise_alone;
-        if !much && !something {
-            return Self {
-                times,
-                much,
-                something,
-            };
-        }
-        // What a model leaves over of its own records is no gap, though another one leaves less.
-        let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
-        let beside_own = search.noise.clone().at_least(&own);
-        Self {
+        let mut left = Self {
             times,
-            much: much && is_much(times_by(&beside_own)),
-            something: something && is_something(&beside_own),
+            any: leaves(&search.noise, &search.nodes, rest, NOTHING),
+            much: is_much(times) && !noise_alone,
+            moments: if noise_alone {
+                1.0
+            } else {
+                moments_by(&search.noise)
+            },
+        };
+        if left.much || left.moments > LEAVES.0 {
+            // What a model leaves over of its own records is no gap, though another one leaves less.
+            let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
+            let beside_own = search.noise.clone().at_least(&own);
+            left.much &= is_much(times_by(&beside_own));
+            left.moments = left.moments.min(moments_by(&beside_own));
         }
+        left
     }
 
     /// Ratio of root-mean-squares in sliding.

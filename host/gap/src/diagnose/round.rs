@@ -20,6 +20,8 @@ use rayon::prelude::*;
 pub(super) const MOST_ROUNDS: usize = 8;
 /// Nats that a further one must have gained: less than any effect must.
 pub(super) const WORTH_A_ROUND: f64 = 6.0;
+/// Pairs are searched for so often at most.
+const MOST_SEARCHES: usize = 2;
 /// So many of the best effects are fitted with their own noise.
 const SETTLED: usize = 3;
 
@@ -91,27 +93,35 @@ impl Round {
         single.extend(listed);
         fit_bristles(ground, &self.own, &noise, &mut single)?;
         sort(&mut single);
-        let pairs = Pairs {
-            judge: &judge,
-            scale,
-            base: &base,
-            single: &single,
-        };
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
-        let mut several = pairs.search(&fitted, progress)?;
-        self.settle(ground, &noise, &mut several)?;
-        let both = several.first().filter(|both| {
-            let gained = |one: &Hypothesis| both.score - one.score > ACCUSES;
-            single.first().is_some_and(gained)
-        });
-        if let Some(both) = both {
+        let mut several = Vec::new();
+        // An effect that comes out better once it was fitted beside another asks for pairs anew.
+        for _ in 0..MOST_SEARCHES {
+            let pairs = Pairs {
+                judge: &judge,
+                scale,
+                base: &base,
+                single: &single,
+            };
+            several = pairs.search(&fitted, progress)?;
+            self.settle(ground, &noise, &mut several)?;
+            let (Some(both), Some(first)) = (several.first(), single.first()) else {
+                break;
+            };
+            if both.score - first.score <= ACCUSES {
+                break;
+            }
             let mut better = pairs.each_alone(both)?;
             self.settle(ground, &noise, &mut better)?;
+            let before = first.log_evidence();
             for alone in better {
                 single.retain(|h| h.added[0].id != alone.added[0].id);
                 single.push(alone);
             }
             sort(&mut single);
+            if single[0].log_evidence() - before < ACCUSES {
+                break;
+            }
         }
         Ok(Compared {
             noise,

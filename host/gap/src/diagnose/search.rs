@@ -1,6 +1,8 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
-use super::accuse::{ACCUSES, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves};
+use super::accuse::{
+    ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves,
+};
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
 use super::look_again::look_again;
@@ -198,10 +200,11 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .first()
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {
-            search
-                .single
-                .first()
-                .is_some_and(|one| pair.score - one.score > LEAST_SECOND)
+            let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes);
+            search.single.first().is_some_and(|one| {
+                pair.score - one.score > LEAST_SECOND
+                    || of_all(pair) - of_all(one) > BELOW_OPEN_BESIDE.0
+            })
         })
         .into_iter()
         .flat_map(|pair| pair.added.iter().copied())

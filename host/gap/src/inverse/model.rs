@@ -297,14 +297,14 @@ impl Model {
             if ![Own::Inertia, Own::DriveLag, Own::Skew].contains(&own))
     }
 
-    /// Whether the effects change how much of the effort of the first record arrives at a point.
+    /// Part of the effort of the first record that arrives with the effects that are tried at a point, times what arrives without them.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub fn changes_gain(&self, first: &Record, at: &[f64]) -> Result<bool, InputError> {
+    pub fn gain(&self, first: &Record, at: &[f64]) -> Result<f64, InputError> {
         let point = self.at(at);
         let (_, change) = point.rest_and_change(first, 0, Rubbing::Anew)?;
-        Ok((gain(&change, &point.arrives(first, 0)?) - 1.0).abs() > 0.01)
+        Ok(gain(&change, &point.arrives(first, 0)?))
     }
 }
 
