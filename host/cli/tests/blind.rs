@@ -86,6 +86,11 @@ fn a_small_set_is_answered_and_scored() {
     assert!(missed <= 1, "{score:#}");
 }
 
+fn strings(array: &serde_json::Value) -> Vec<&str> {
+    let all = array.as_array().unwrap().iter();
+    all.map(|one| one.as_str().unwrap()).collect()
+}
+
 /// Its asymmetry is named an offset: with a ladder and a break-away both look the same, and the answer has to say so.
 const SAID_ALIKE: &str = "47060";
 
@@ -146,7 +151,14 @@ fn opened_cases_are_answered() {
         let answer = &read["answers"][0]["answer"];
         let verdict = &answer["verdict"];
         assert_eq!(verdict["kind"], kind, "{seed}: {verdict}");
-        assert_eq!(verdict["effects"], serde_json::json!(effects), "{seed}");
+        // Of several none comes first.
+        let mut named: Vec<&str> = strings(&verdict["effects"]);
+        let mut effects = effects.to_vec();
+        if kind == "effects" {
+            named.sort_unstable();
+            effects.sort_unstable();
+        }
+        assert_eq!(named, effects, "{seed}");
         if seed == SAID_ALIKE {
             let same = serde_json::json!(["mechanics.offset", "friction.asymmetry"]);
             let alike = answer["confusable"].as_array().unwrap();

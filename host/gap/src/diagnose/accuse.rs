@@ -70,9 +70,10 @@ pub(super) const EVENLY: (f64, f64) = (1.1, 3.0);
 /// Part of the weighted squares left by an effect that is named whatever its form leaves in sliding.
 pub(super) const TAKES_ALL_BUT: f64 = 0.05;
 /// Ratio of root-mean-squares in motion, and beside it the part of the weighted squares or the times of what is open, beyond which a single effect leaves what
-/// none does that is there; the second but for a load behind a spring, whose motion the encoder tells least of. Of 113 trials that were named rightly none was
-/// beyond the first and either, of 19 whose effect was left out eleven were. A real axis leaves some times of what is open all over, by many small
-/// effects; an effect of the wrong form leaves much in few moments.
+/// none does that is there; the last but for a load behind a spring, whose motion the encoder tells least of, and a wave whose order is fitted,
+/// which may stop beside its own. Of 113 trials that were named rightly none was beyond the first and either, of 19 whose effect was left
+/// out ten were. A real axis leaves some times of what is open all over, by many small effects; an effect of the wrong form leaves much in few
+/// moments.
 pub(super) const LEAVES: (f64, f64, f64) = (1.4, 0.3, 1.2);
 /// Ratio of root-mean-squares in motion beyond which what the simulator leaves where nothing is accused is an effect that no list has. Of 100 trials
 /// without an effect two left 2.4 and 2.7, creeping on bristles whose load the encoder does not tell, the others 2.0 at most.
@@ -157,9 +158,10 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
                 || of_moments && parts.is_none()
                 || nothing_left && (apart || parts.is_none() && takes > least))
         || nothing_left && asked(SECOND_WHERE_NOTHING_IS_LEFT)
-        || second()
-            .next()
-            .is_some_and(|entry| gains_below_open(search, single, pair, entry, takes));
+        || parts.is_some()
+            && second()
+                .next()
+                .is_some_and(|entry| gains_below_open(search, single, pair, entry, takes));
     Some(if worth { pair } else { single })
 }
 

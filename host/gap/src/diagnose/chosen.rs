@@ -11,6 +11,8 @@ use super::left::Left;
 use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
+use crate::inverse::Owner;
+use bristle_plant::effect::Kind;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
@@ -125,11 +127,20 @@ impl<'a> Chosen<'a> {
         let leaves = match self.best.added[..] {
             [entry] if left.moments > LEAVES.0 => {
                 self.squares[1] > LEAVES.1 * self.squares[0]
-                    || self.times[1] > LEAVES.2 && !springs(entry)
+                    || self.times[1] > LEAVES.2 && !springs(entry) && !self.has_free_order()
             }
             _ => left.moments > UNKNOWN_MOMENTS,
         };
         !of_noise(self.best) && !takes_all && (slides_off || leaves || is_foreign())
+    }
+
+    /// Whether it has a wave whose order was fitted.
+    fn has_free_order(&self) -> bool {
+        let model = &self.best.model;
+        model.free.iter().any(|free| {
+            matches!(free.owner, Owner::Effect(effect, parameter)
+                if model.effects[effect].entry.parameters[parameter].kind == Kind::Order)
+        })
     }
 
     /// What explains best what lies below what is open: bristles whatever is accused, else only where nothing is.
