@@ -257,14 +257,20 @@ fn show(diagnosis: &Diagnosis) {
         output::print_words(&views(diagnosis));
         output::print("\n");
     }
-    for region in diagnosis.located.regions.iter().take(4) {
-        output::print(&format!(
-            "where: {} {}: {:.0} % of the gap in {:.0} % of the time\n",
-            region.axis,
-            region.label,
-            100.0 * region.share,
-            100.0 * region.time_share
-        ));
+    // What is most concentrated along each axis says more than many parts of one.
+    let mut axes = Vec::new();
+    for region in diagnosis.concentrated() {
+        if axes.len() < 6 && !axes.contains(&region.axis) {
+            axes.push(region.axis);
+            output::print(&format!(
+                "where: {} (by chance {})\n",
+                region.sentence(),
+                region.chance()
+            ));
+        }
+    }
+    if axes.is_empty() {
+        output::print("where: nowhere by more than chance\n");
     }
     for group in &diagnosis.confusable {
         output::print(&format!(

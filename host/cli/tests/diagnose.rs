@@ -49,11 +49,21 @@ fn every_file_that_follows_is_written_and_can_be_used() {
         assert!(views.contains(&view), "{view} in {views:?}");
         assert!(said.contains(view), "{view} in {said}");
     }
-    assert!(
-        std::fs::read_to_string(path.join("d.html"))
-            .unwrap()
-            .contains("Budget of the gap")
-    );
+    let regions = json["where"]["regions"].as_array().unwrap();
+    assert!(!regions.is_empty());
+    for region in regions {
+        for field in ["share", "time_share", "significance"] {
+            let value = region[field].as_f64().unwrap();
+            assert!((0.0..=1.0).contains(&value), "{field} in {region}");
+        }
+    }
+    // Four seconds are too few blocks for any of them.
+    let nowhere = "where: nowhere by more than chance";
+    assert!(said.contains(nowhere), "{said}");
+    let page = std::fs::read_to_string(path.join("d.html")).unwrap();
+    for piece in ["Budget of the gap", "than chance would give it"] {
+        assert!(page.contains(piece), "{piece}");
+    }
     bristle(
         path,
         "simulate --axis applied.toml --input log.csv --out again.csv",

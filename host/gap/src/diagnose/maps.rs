@@ -1,21 +1,17 @@
 //! Maps of the gap: against position, speed and time, as a spectrum over angle and one over time.
 //!
 //! Before and after a hypothesis, from the fits to all data. A spectrum over angle is by least squares at each order,
-//! since the axis does not pass angles evenly (Lomb 1976, Astrophys. Space Sci. 39); one over time is a mean of
-//! half-overlapping Hann windows (Welch 1967, IEEE Trans. Audio Electroacoust. 15).
+//! since the axis does not pass angles evenly (Lomb 1976, Astrophys. Space Sci. 39); one over time is the mean of windows.
 
 use super::hypothesis::Hypothesis;
 use super::tried::Search;
-use crate::signal::fourier;
-use bristle_plant::Unit;
-use std::f64::consts::TAU;
+use super::waves::{Squares, over_orders};
+use super::windows::Windows;
 
 /// Parts that a map is divided into.
 const PARTS: usize = 48;
 /// A part with fewer nodes than this says nothing.
 const LEAST_NODES: usize = 8;
-/// Orders of a spectrum over angle.
-const ORDERS: usize = 240;
 /// Nodes in a window of a spectrum over time.
 const WINDOW: usize = 512;
 
@@ -116,118 +112,57 @@ impl Rest<'_> {
 
     /// Amplitudes at whole orders a turn, or at multiples of one wave over a linear stroke.
     fn orders(&self) -> Map {
-        let search = self.search;
-        let unit = search.scale.unit;
-        let step = match unit {
-            Unit::Rotary => 1.0,
-            Unit::Linear => 1.0 / search.scale.stroke_rad(),
-        };
-        let angles: Vec<f64> = self
-            .kept
-            .iter()
-            .map(|&i| {
-                let node = &search.nodes[i];
-                let stretch = &search.records[node.record].stretches[node.stretch];
-                unit.wave_rad(stretch.smooth_rad[node.sample])
-            })
-            .collect();
-        let mut map = Map::default();
-        for k in 1..=ORDERS {
-            let order = step * k as f64;
-            let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-            let mut right = [[0.0; 2]; 2];
-            for (&i, angle) in self.kept.iter().zip(&angles) {
-                let (a, b) = (order * angle).sin_cos();
-                aa += a * a;
-                ab += a * b;
-                bb += b * b;
-                for (right, rest) in right.iter_mut().zip([self.before[i], self.after[i]]) {
-                    right[0] += a * rest;
-                    right[1] += b * rest;
+        let Search {
+            records,
+            nodes,
+            scale,
+            ..
+        } = self.search;
+        let lines = over_orders(records, nodes, scale, &self.kept, |order, waves| {
+            let squares = Squares::new(waves);
+            let amplitude = |rest: &[f64]| {
+                let mut right = [0.0; 2];
+                for (&i, [sin, cos]) in self.kept.iter().zip(waves) {
+                    right[0] += sin * rest[i];
+                    right[1] += cos * rest[i];
                 }
-            }
-            let determinant = aa * bb - ab * ab;
-            let amplitude = |[a, b]: [f64; 2]| {
-                // Orders that the record does not pass a wave of are no amplitudes.
-                if determinant > 0.01 * aa * bb {
-                    ((bb * a - ab * b) / determinant).hypot((aa * b - ab * a) / determinant)
-                } else {
-                    f64::NAN
-                }
+                squares.solve(right).map_or(f64::NAN, |[a, b]| a.hypot(b))
             };
-            map.at.push(order);
-            map.before.push(amplitude(right[0]));
-            map.after.push(amplitude(right[1]));
+            [order, amplitude(self.before), amplitude(self.after)]
+        });
+        let column = |k: usize| lines.iter().map(|line| line[k]).collect();
+        Map {
+            at: column(0),
+            before: column(1),
+            after: column(2),
+            ..Map::default()
         }
-        map
     }
 
     /// Amplitude density over frequency, N m per root Hz, as the mean over all records; excluded nodes count as zero.
     fn frequencies(&self) -> Map {
         let search = self.search;
-        let Some(slowest) = search
-            .records
-            .iter()
-            .max_by(|a, b| node_s(a).total_cmp(&node_s(b)))
-        else {
-            return Map::default();
+        let density = |rest: &[f64]| {
+            let nodes = search.nodes.iter().zip(rest);
+            let kept: Vec<f64> = nodes
+                .map(|(node, r)| if node.excluded { 0.0 } else { *r })
+                .collect();
+            let windows = Windows::new(&search.records, &kept, WINDOW);
+            let of = |line: usize| {
+                let sum: f64 = windows.density.iter().map(|(_, lines)| lines[line]).sum();
+                (sum / windows.density.len() as f64).sqrt()
+            };
+            let density: Vec<f64> = (0..windows.at_hz.len()).map(of).collect();
+            (!windows.density.is_empty()).then_some((windows.at_hz, density))
         };
-        let highest_hz = 0.5 / node_s(slowest);
-        let lines = WINDOW / 2;
-        let mut map = Map {
-            at: (1..=lines)
-                .map(|line| highest_hz * line as f64 / lines as f64)
-                .collect(),
-            ..Map::default()
-        };
-        let (mut before, mut after) = (vec![0.0; lines], vec![0.0; lines]);
-        let mut windows = 0.0;
-        let mut first = 0;
-        for record in search.records.iter() {
-            // Records of other rates come to the same lines with a window of another length.
-            let window = (WINDOW as f64 * node_s(slowest) / node_s(record)).round() as usize;
-            let transform = fourier(window);
-            let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-            for stretch in &record.stretches {
-                let nodes = record.nodes_of(stretch);
-                let mut start = 0;
-                while start + window <= nodes {
-                    for (rest, sums) in [(self.before, &mut before), (self.after, &mut after)] {
-                        for (k, x) in input.iter_mut().enumerate() {
-                            let i = first + start + k;
-                            let hann = 0.5 - 0.5 * (TAU * k as f64 / window as f64).cos();
-                            *x = if search.nodes[i].excluded {
-                                0.0
-                            } else {
-                                hann * rest[i]
-                            };
-                        }
-                        if transform.process(&mut input, &mut output).is_ok() {
-                            // One-sided; a Hann window has 3/8 of the power.
-                            let per = 2.0 * node_s(record) / (0.375 * window as f64);
-                            for (sum, line) in sums.iter_mut().zip(&output[1..]) {
-                                *sum += per * line.norm_sqr();
-                            }
-                        }
-                    }
-                    windows += 1.0;
-                    start += window / 2;
-                }
-                first += nodes;
-            }
+        match (density(self.before), density(self.after)) {
+            (Some((at, before)), Some((_, after))) => Map {
+                at,
+                before,
+                after,
+                ..Map::default()
+            },
+            _ => Map::default(),
         }
-        if windows > 0.0 {
-            let density = |sums: Vec<f64>| sums.into_iter().map(|x: f64| (x / windows).sqrt());
-            map.before = density(before).collect();
-            map.after = density(after).collect();
-        } else {
-            map.at.clear();
-        }
-        map
     }
-}
-
-/// Time from node to node, s.
-fn node_s(record: &crate::inverse::Record) -> f64 {
-    record.step_s * record.kernel.length as f64
 }

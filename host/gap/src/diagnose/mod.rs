@@ -39,6 +39,8 @@ mod starts;
 mod tone;
 mod tried;
 mod verdict;
+mod waves;
+mod windows;
 mod words;
 
 pub use apply::{Applied, axis_file};

@@ -198,20 +198,26 @@ fn located(page: Report, outcome: &Outcome, shown: &Hypothesis) -> Report {
     let after = format!("with {}", shown.ids().join(" + "));
     let mut page = page.heading("Where it lies");
     let mut table = Table::new(
-        "Where the gap is denser than the time spent there",
-        &["along", "part", "of the gap", "of the time"],
+        "Where the gap is denser than the time spent there, by more than chance",
+        &["along", "part", "of the gap", "of the time", "by chance"],
     );
-    for region in outcome.diagnosis.located.regions.iter().take(ROWS) {
+    for region in outcome.diagnosis.concentrated().take(ROWS) {
         table = table.row(&[
             region.axis.to_string(),
             region.label.clone(),
             format!("{:.0} %", 100.0 * region.share),
             format!("{:.0} %", 100.0 * region.time_share),
+            region.chance(),
         ]);
     }
-    if !table.rows.is_empty() {
-        page = page.table(table);
-    }
+    page = if table.rows.is_empty() {
+        page.paragraph("No part of the motion, the travel or the time holds more of the gap than chance would give it.")
+    } else {
+        page.table(table).paragraph(
+            "Of what the refitted simulator leaves beyond what is open. By chance: the probability that noise would show any \
+             such part among all that were looked at. Of frequencies and waves, the time is the share that noise has there.",
+        )
+    };
     let speed = format!("{position}/s");
     let along = |title: &str, name: &str, symbol: &str, map: &Map| {
         Plot::xy(name, symbol)

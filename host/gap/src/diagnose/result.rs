@@ -182,7 +182,10 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         schema: SCHEMA,
         located: Where {
             block: named.first().map(|id| block(id)),
-            regions: locate::regions(search, verdict.ranked.first().map(|(h, _)| h)),
+            regions: locate::regions(
+                search,
+                verdict.named.first().map(|&at| &verdict.ranked[at].0),
+            ),
         },
         verdict: Conclusion {
             kind: verdict.kind,

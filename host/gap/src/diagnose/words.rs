@@ -1,5 +1,6 @@
 //! The verdict in a sentence.
 
+use super::locate::Region;
 use super::result::Diagnosis;
 use super::verdict::Kind;
 use crate::report::short;
@@ -50,5 +51,11 @@ impl Diagnosis {
             Kind::Insufficient => "The data cannot decide.".to_string(),
         };
         format!("{said} Probability {:.2}.", self.verdict.probability)
+    }
+
+    /// Where more of the gap lies than of the time, by more than chance; the most concentrated first.
+    pub fn concentrated(&self) -> impl Iterator<Item = &Region> {
+        let regions = self.located.regions.iter();
+        regions.filter(|region| region.is_significant())
     }
 }

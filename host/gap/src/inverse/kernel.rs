@@ -5,6 +5,13 @@
 //! is summed too: noise of the position falls with the 2.5th power of the length. Effort that holds for a sample and
 //! position at its edges meet exactly: the second difference of position is the mean acceleration of two samples.
 
+use std::f64::consts::TAU;
+
+/// A node of effort is a mean of two samples before the kernel.
+pub const EFFORT: [f64; 2] = [0.5, 0.5];
+/// A node of inertia is a second difference of positions.
+pub const SECOND_DIFFERENCE: [f64; 3] = [1.0, -2.0, 1.0];
+
 /// The kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kernel {
@@ -20,12 +27,25 @@ impl Kernel {
 
     /// Root-mean-square of a mean of two samples' white noise of 1 after it.
     pub fn of_effort(self) -> f64 {
-        norm(&self.weights(&[0.5, 0.5]))
+        norm(&self.weights(&EFFORT))
     }
 
     /// Root-mean-square of the second difference of white noise of 1 after it.
     pub fn of_second_difference(self) -> f64 {
-        norm(&self.weights(&[1.0, -2.0, 1.0]))
+        norm(&self.weights(&SECOND_DIFFERENCE))
+    }
+
+    /// Power of nodes at a frequency, in waves a node, where white noise of 1 has gone through this filter first; its mean
+    /// over all frequencies is the square of the nodes.
+    pub fn power(self, seed: &[f64], waves: f64) -> f64 {
+        let weights = self.weights(seed);
+        let apart = |nodes: usize| {
+            let later = weights.iter().skip(nodes * self.length);
+            later.zip(&weights).map(|(a, b)| a * b).sum::<f64>()
+        };
+        let cosines = (1..weights.len().div_ceil(self.length))
+            .map(|nodes| (TAU * waves * nodes as f64).cos() * apart(nodes));
+        apart(0) + 2.0 * cosines.sum::<f64>()
     }
 
     fn weights(self, seed: &[f64]) -> Vec<f64> {
@@ -104,6 +124,26 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn power_over_frequency_adds_up_to_the_square() {
+        for length in [1, 3, 9] {
+            let kernel = Kernel { length };
+            for (seed, norm) in [
+                (&EFFORT[..], kernel.of_effort()),
+                (&SECOND_DIFFERENCE[..], kernel.of_second_difference()),
+            ] {
+                let power = |k| kernel.power(seed, f64::from(k) / 64.0);
+                let mean = (0..64).map(power).sum::<f64>() / 64.0;
+                assert!((mean / norm.powi(2) - 1.0).abs() < 1e-12, "{mean}");
+            }
+            // A constant force passes, a constant position does not.
+            assert!((kernel.power(&EFFORT, 0.0) * length as f64 - 1.0).abs() < 0.1);
+        }
+        let single = Kernel { length: 1 };
+        assert!(single.power(&SECOND_DIFFERENCE, 0.0).abs() < 1e-12);
+        assert!((single.power(&SECOND_DIFFERENCE, 0.5) - 16.0).abs() < 1e-12);
     }
 
     #[test]

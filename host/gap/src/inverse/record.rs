@@ -1,6 +1,6 @@
 //! A log prepared for inverse dynamics: even stretches of effort and smoothed motion, at some 2 kHz at most.
 
-use super::kernel::Kernel;
+use super::kernel::{EFFORT, Kernel, SECOND_DIFFERENCE};
 use super::motion::{position_noise_rad, resting_on_edges, shortest_path, smooth};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
@@ -266,10 +266,27 @@ impl Record {
 
     /// Noise of a node from encoder, its clock and effort alone, N m rms, at an inertia and a speed.
     pub fn noise_nm(&self, inertia_kg_m2: f64, speed_rad_s: f64) -> f64 {
+        let motion = self.inertia_noise_nm(inertia_kg_m2, speed_rad_s);
+        (self.effort_noise_nm * self.kernel.of_effort())
+            .hypot(motion * self.kernel.of_second_difference())
+    }
+
+    /// The same over frequency, in waves a node: its mean over all frequencies is the square of that, N^2 m^2.
+    pub fn noise_power(&self, inertia_kg_m2: f64, speed_rad_s: f64, waves: f64) -> f64 {
+        let motion = self.inertia_noise_nm(inertia_kg_m2, speed_rad_s);
+        self.effort_noise_nm.powi(2) * self.kernel.power(&EFFORT, waves)
+            + motion.powi(2) * self.kernel.power(&SECOND_DIFFERENCE, waves)
+    }
+
+    /// Noise of encoder and clock in units of effort, before it is differentiated.
+    fn inertia_noise_nm(&self, inertia_kg_m2: f64, speed_rad_s: f64) -> f64 {
         let clock_rad = self.sensor.clock_noise_rad(speed_rad_s, self.averaged);
-        let motion = inertia_kg_m2 * self.position_noise_rad.hypot(clock_rad) / self.step_s.powi(2)
-            * self.kernel.of_second_difference();
-        (self.effort_noise_nm * self.kernel.of_effort()).hypot(motion)
+        inertia_kg_m2 * self.position_noise_rad.hypot(clock_rad) / self.step_s.powi(2)
+    }
+
+    /// Time from node to node, s.
+    pub fn node_s(&self) -> f64 {
+        self.step_s * self.kernel.length as f64
     }
 }
 
