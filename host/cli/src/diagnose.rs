@@ -257,6 +257,9 @@ fn show(diagnosis: &Diagnosis) {
         output::print_words(&views(diagnosis));
         output::print("\n");
     }
+    if let Some(credit) = diagnosis.credit_sentence() {
+        output::print(&format!("{credit}\n"));
+    }
     // What is most concentrated along each axis says more than many parts of one.
     let mut axes = Vec::new();
     for region in diagnosis.concentrated() {

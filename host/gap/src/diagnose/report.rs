@@ -311,7 +311,11 @@ fn ranking(page: Report, outcome: &Outcome) -> Report {
     ] {
         bars = bars.bar(name, probability, &format!("{probability:.3}"));
     }
-    page.heading("What explains it").bars(bars).table(table)
+    let page = page.heading("What explains it").bars(bars).table(table);
+    match diagnosis.credit_sentence() {
+        Some(credit) => page.paragraph(&credit),
+        None => page,
+    }
 }
 
 /// What an effect gains alone, and what it gains on records of the refitted simulator without it.

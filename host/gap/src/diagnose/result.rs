@@ -2,6 +2,7 @@
 
 use super::ceiling::ceiling;
 use super::closed::{Closed, closed};
+use super::credit::credits;
 use super::locate::{self, Region};
 use super::reproduce::Reproduced;
 use super::tried::Search;
@@ -97,6 +98,9 @@ pub struct Candidate {
     pub gap_after: f64,
     /// Share of the gap that it closes.
     pub closed_fraction: Closed,
+    /// Its part of the share that the named effects close together, where there are two: they add up to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub credit: Option<f64>,
     /// Fitted values by name.
     pub parameters: BTreeMap<String, f64>,
 }
@@ -228,6 +232,14 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
 /// with several effects shared among them.
 fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
+    let pair = (verdict.kind == Kind::Effects)
+        .then(|| verdict.named.first())
+        .flatten();
+    let credits = pair.and_then(|&at| credits(search, &verdict.ranked[at].0));
+    let credit = |id: &str| {
+        let of = credits?.into_iter().find(|(other, _)| *other == id);
+        of.map(|(_, credit)| credit)
+    };
     let alone_first = |len: usize| {
         verdict
             .ranked
@@ -258,6 +270,7 @@ fn candidates(search: &Search, verdict: &Verdict, unit: Unit) -> Vec<Candidate> 
                     probability: part,
                     gap_after: search.noise.rms(&search.nodes, &hypothesis.held_out).1,
                     closed_fraction: closed(search, &hypothesis.held_out),
+                    credit: credit(id),
                     parameters: parameters(search, hypothesis, unit),
                 });
             }

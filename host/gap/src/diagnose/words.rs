@@ -53,6 +53,24 @@ impl Diagnosis {
         format!("{said} Probability {:.2}.", self.verdict.probability)
     }
 
+    /// What each of two named effects closes of the gap, in a sentence.
+    pub fn credit_sentence(&self) -> Option<String> {
+        let credits: Vec<String> = self
+            .candidates
+            .iter()
+            .filter_map(|candidate| {
+                let credit = 100.0 * candidate.credit?;
+                Some(format!("{} {credit:.0} %", candidate.effect))
+            })
+            .collect();
+        (!credits.is_empty()).then(|| {
+            format!(
+                "Of the gap each closes, as the mean of alone and beside the other: {}.",
+                credits.join(", ")
+            )
+        })
+    }
+
     /// Where more of the gap lies than of the time, by more than chance; the most concentrated first.
     pub fn concentrated(&self) -> impl Iterator<Item = &Region> {
         let regions = self.located.regions.iter();
