@@ -221,8 +221,11 @@ fn views(diagnosis: &Diagnosis) -> Words {
 fn show(diagnosis: &Diagnosis) {
     let gap = &diagnosis.gap;
     output::print(&format!("{}\n\n", diagnosis.sentence()));
+    let drift = gap.drift.map_or(String::new(), |drift| {
+        format!(", {} slow drift", output::short(drift))
+    });
     output::print(&format!(
-        "gap {} {} before, {} after, {} floor (rms, held out)\n\n",
+        "gap {} {} before, {} after, {} floor{drift} (rms, held out)\n\n",
         output::short(gap.before),
         gap.unit,
         output::short(gap.after),

@@ -3,7 +3,7 @@
 mod records;
 
 use bristle_gap::experiments::Named;
-use bristle_gap::floor::{Method, Signal, floor};
+use bristle_gap::floor::{Method, Signal, drift_nm, floor};
 use bristle_gap::hygiene::{Code, Excluded, Hygiene, inspect};
 use bristle_gap::log::{Effort, EffortKind, Position, PositionKind};
 use bristle_gap::signal::{derivative, zero_phase};
@@ -118,6 +118,11 @@ fn drift_is_seen_beside_noise() {
         "{coulomb:?}"
     );
     assert!(repeats.non_repeating_nm > found.noise.rms);
+    let hygiene = Hygiene::default();
+    assert_eq!(drift_nm(&log, &axis(), &hygiene), Some(repeats.drift_nm));
+    let mut not_controlled = log;
+    not_controlled.position_ref = None;
+    assert_eq!(drift_nm(&not_controlled, &axis(), &hygiene), None);
 }
 
 /// Leaves out what is slower than four Stribeck velocities and a tenth of a second about it.

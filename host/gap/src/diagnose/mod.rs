@@ -120,6 +120,7 @@ pub fn diagnose(
     if !sound.moves {
         diagnosis.undecided();
     }
+    diagnosis.gap.drift = sound.drift_nm;
     diagnosis.notes.splice(0..0, sound.notes);
     Ok(Outcome {
         diagnosis,

@@ -118,7 +118,11 @@ fn budget(page: Report, outcome: &Outcome, shown: Option<&Hypothesis>) -> Report
             let least = before - ceiling.value * (before - floor.min(before));
             bars = bars.bar("with a smooth black box", least, &value(least));
         }
-        page = page.bars(bars.bar("floor", floor, &value(floor)));
+        bars = bars.bar("floor", floor, &value(floor));
+        if let Some(drift) = outcome.diagnosis.gap.drift {
+            bars = bars.bar("slow drift", drift, &value(drift));
+        }
+        page = page.bars(bars);
     }
     let mut table = Table::new(
         &format!("By log and by regime, {unit} rms on data that took no part in the fit"),

@@ -68,6 +68,9 @@ pub struct Gap {
     pub after: f64,
     /// What no model explains.
     pub floor: f64,
+    /// Slow drift of the effort from one repeat to the next; left out where no reference of a position repeats exactly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drift: Option<f64>,
     /// Share of the gap that is closed.
     pub closed_fraction: Closed,
     /// Share of it that a smooth black box closes, where the effect is unknown: what could be closed at best by a function of where the axis
@@ -201,6 +204,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
             before,
             after: if says_effect { after } else { before },
             floor: floor.min(after).min(before),
+            drift: None,
             closed_fraction,
             ceiling: (verdict.kind == Kind::Unknown).then(|| ceiling(search)),
         },

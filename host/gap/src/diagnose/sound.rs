@@ -7,10 +7,11 @@ use super::lost::{Lost, Steps, mended};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
+use crate::floor::drift_nm;
 use crate::hygiene::{Code, Excluded, Finding, Hygiene, Jump, Severity, inspect};
 use crate::inverse::Record;
 use crate::log::Log;
-use crate::signal::extent;
+use crate::signal::{extent, rms};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -29,6 +30,8 @@ pub(super) struct Sound {
     pub(super) moves: bool,
     /// The counts that they lost.
     pub(super) lost: Option<Lost>,
+    /// Slow drift, N m rms over the logs whose reference repeats; none where none does.
+    pub(super) drift_nm: Option<f64>,
 }
 
 pub(super) fn sound(
@@ -91,11 +94,17 @@ pub(super) fn sound(
         }
         records.push(one.record);
     }
+    let drifts: Vec<f64> = logs
+        .par_iter()
+        .zip(&inspected)
+        .filter_map(|(log, hygiene)| drift_nm(log, axis, hygiene))
+        .collect();
     Ok(Sound {
         records,
         notes,
         moves,
         lost: steps.lost(believed.unit),
+        drift_nm: (!drifts.is_empty()).then(|| rms(drifts)),
     })
 }
 

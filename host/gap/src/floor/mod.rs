@@ -121,6 +121,16 @@ pub fn floor(log: &Log, axis: &AxisFile, hygiene: &Hygiene) -> Result<Floor, Inp
     }
 }
 
+/// Slow drift of the effort, N m rms: what changes of it from period to period of a position's reference that repeats exactly. None where
+/// none does: by a torque that repeats the axis comes to other places, where other friction is.
+pub fn drift_nm(log: &Log, axis: &AxisFile, hygiene: &Hygiene) -> Option<f64> {
+    log.position_ref.as_ref()?;
+    let stretches = stretches(log, axis).ok()?;
+    let usable = hygiene.usable(log.len());
+    let found = from_repeats(log, axis, &stretches, &usable)?;
+    Some(found.repeats?.drift_nm)
+}
+
 /// More than this part of the effort is no noise: something else than the reference drives the axis, and does not repeat.
 const LARGEST_PART: f64 = 0.2;
 
