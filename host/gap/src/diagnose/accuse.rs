@@ -178,8 +178,7 @@ fn gains_below_open(
     let Some(null) = search.null(second.id) else {
         return false;
     };
-    let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes);
-    let nats = of_all(pair) - of_all(single) - null.may_gain_of_all();
+    let nats = search.score_of_all(pair) - search.score_of_all(single) - null.may_gain_of_all();
     let (least_nats, least) = BELOW_OPEN_BESIDE;
     // What grows with load follows errors of the motion.
     nats > least_nats && takes > least && !grows_with_load(second)
@@ -215,7 +214,7 @@ fn best_pair(search: &Search, holds: impl Fn(&&Hypothesis) -> bool) -> Option<&H
     let better_alone = near(TIES.0)
         .filter(|pair| alone(pair) > enough)
         .max_by(|one, other| alone(one).total_cmp(&alone(other)));
-    let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes) + h.log_occam;
+    let of_all = |h: &Hypothesis| search.score_of_all(h) + h.log_occam;
     let better_below = || {
         near(TIES_BUT_FOR_PRIORS)
             .filter(|pair| of_all(pair) > of_all(first) + ACCUSES)
@@ -259,11 +258,14 @@ pub(super) fn explained(before: f64, after: f64) -> f64 {
 /// whose null would tell. Where friction is static, half of it is open while the axis hardly moves: what effects that bring bristles
 /// take there, squares weighted by that hardly show, nor that it is no spring.
 pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
-    let (noise, nodes) = (&search.noise, &search.nodes);
-    if noise.times_open(nodes, &search.base.held_out) > UNKNOWN {
+    if search
+        .noise
+        .times_open(&search.nodes, &search.base.held_out)
+        > UNKNOWN
+    {
         return Vec::new();
     }
-    let base = search.base.score_of_all(noise, nodes);
+    let base = search.score_of_all(&search.base);
     let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
     let tells = |h: &&Hypothesis| {
         !of_noise(h)
@@ -274,7 +276,7 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
         .single
         .iter()
         .filter(tells)
-        .map(|h| (h, h.score_of_all(noise, nodes) - base))
+        .map(|h| (h, search.score_of_all(h) - base))
         .filter(|(h, nats)| {
             if brings_bristles(search, h) {
                 *nats > BRISTLES_GAIN

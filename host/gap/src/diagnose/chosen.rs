@@ -123,7 +123,8 @@ impl<'a> Chosen<'a> {
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
         let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
-        let is_foreign = || left.any && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
+        let is_foreign =
+            || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
         let leaves = match self.best.added[..] {
             [entry] if left.moments > LEAVES.0 => {
                 self.squares[1] > LEAVES.1 * self.squares[0]
@@ -173,7 +174,7 @@ impl<'a> Chosen<'a> {
             |h: &Hypothesis| h.ids() == best.ids() || !by_itself && h.added.len() == 1 && ties(h);
         // All of them explain what is above what is open: what lies below it may tell them apart, unless it is next to nothing.
         let (noise, nodes) = (&search.noise, &search.nodes);
-        let of_all = |h: &Hypothesis| h.score_of_all(noise, nodes) + h.log_occam;
+        let of_all = |h: &Hypothesis| search.score_of_all(h) + h.log_occam;
         let most = ranked.iter().filter(|h| tied(h));
         let most = most.max_by(|one, other| of_all(one).total_cmp(&of_all(other)));
         let keeps = |h: &Hypothesis| {

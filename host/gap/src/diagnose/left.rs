@@ -1,8 +1,6 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
-use super::accuse::{
-    EVENLY, LEAVES, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, leaves,
-};
+use super::accuse::{EVENLY, LEAVES, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY};
 use super::fitted_noise::own_with_noise;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
@@ -13,8 +11,6 @@ use super::tried::Search;
 pub(super) struct Left {
     /// Over all regimes; as a ratio of root-mean-squares in sliding; as the mean over records in sliding.
     pub(super) times: [f64; 3],
-    /// It is anything.
-    pub(super) any: bool,
     /// It is much: neither noise of the recorder nor what the model leaves over of its own records.
     pub(super) much: bool,
     /// Ratio of root-mean-squares in motion, by which few moments count; neither of noise of the recorder nor, where it is large, of what
@@ -44,7 +40,6 @@ impl Left {
             times[0] < EVENLY.1 && search.noise.is_even(&search.nodes, rest, EVENLY.0);
         let mut left = Self {
             times,
-            any: leaves(&search.noise, &search.nodes, rest, NOTHING),
             much: is_much(times) && !noise_alone,
             moments: if noise_alone {
                 1.0
@@ -60,6 +55,14 @@ impl Left {
             left.moments = left.moments.min(moments_by(&beside_own));
         }
         left
+    }
+
+    /// Whether it is anything.
+    pub(super) fn is_anything(&self) -> bool {
+        self.times
+            .iter()
+            .zip(NOTHING)
+            .any(|(times, most)| *times > most)
     }
 
     /// Ratio of root-mean-squares in sliding.

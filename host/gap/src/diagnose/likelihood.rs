@@ -124,7 +124,7 @@ impl Noise {
             .iter()
             .enumerate()
             .map(|(place, record)| {
-                let node_s = record.step_s * record.kernel.length as f64;
+                let node_s = record.node_s();
                 let [apart, block] =
                     [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
                 let calm = members_of(&toneless, place, &calm);

@@ -200,10 +200,9 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .first()
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {
-            let of_all = |h: &Hypothesis| h.score_of_all(&search.noise, &search.nodes);
             search.single.first().is_some_and(|one| {
                 pair.score - one.score > LEAST_SECOND
-                    || of_all(pair) - of_all(one) > BELOW_OPEN_BESIDE.0
+                    || search.score_of_all(pair) - search.score_of_all(one) > BELOW_OPEN_BESIDE.0
             })
         })
         .into_iter()

@@ -71,7 +71,7 @@ pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2
     let mut sets: Vec<Even> = background
         .records
         .iter()
-        .map(|record| Even::new(record.step_s * record.kernel.length as f64))
+        .map(|record| Even::new(record.node_s()))
         .collect();
     for (i, node) in background.nodes.iter().enumerate() {
         let time_s = node.time_s(background.records);

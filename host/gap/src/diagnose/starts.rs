@@ -151,9 +151,10 @@ impl Background<'_> {
 
     /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
     fn between_moments(&self, kind: Kind) -> Option<f64> {
-        let node_s = self.records.iter().fold(0.0, |longest: f64, record| {
-            longest.max(record.kernel.length as f64 * record.step_s)
-        });
+        let node_s = self
+            .records
+            .iter()
+            .fold(0.0, |longest: f64, record| longest.max(record.node_s()));
         match kind {
             Kind::Onset => Some(0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64),
             Kind::Event => Some(node_s),

@@ -12,7 +12,6 @@ use std::f64::consts::TAU;
 const STANDS_OUT: f64 = 0.1;
 /// Most tones of a record.
 const MOST: usize = 3;
-
 /// Frequencies of the mains, Hz. A tone at one of them or a multiple is the recorder's hum.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 
@@ -50,7 +49,7 @@ pub(super) fn toneless(
             .map(|&at| (nodes[at].time_s(records), left_over[at]))
             .collect();
         let among: Vec<usize> = among(place).into_iter().map(|(at, _)| at - first).collect();
-        let spacing_s = record.step_s * record.kernel.length as f64;
+        let spacing_s = record.node_s();
         take_tones(&mut values, &among, spacing_s);
         for (at, (_, value)) in of_record.into_iter().zip(values) {
             toneless[at] = value;

@@ -55,6 +55,11 @@ impl Search {
         rest.map(|(r, w)| (r * w).powi(2)).sum()
     }
 
+    /// The score of a hypothesis where a rest below what is open counts, too.
+    pub(super) fn score_of_all(&self, hypothesis: &Hypothesis) -> f64 {
+        hypothesis.score_of_all(&self.noise, &self.nodes)
+    }
+
     /// Whether positions show an effect of the sensor that may not be accused.
     pub(super) fn is_unlisted(&self) -> bool {
         self.unlisted_nats > ACCUSES
