@@ -88,6 +88,8 @@ fn a_small_set_is_answered_and_scored() {
 
 /// Its asymmetry is named an offset: with a ladder and a break-away both look the same, and the answer has to say so.
 const SAID_ALIKE: &str = "47060";
+/// A short lag acts as a delay of its length does: which one is named is chance.
+const DELAYS: [&str; 3] = ["actuator.lag", "actuator.delay", "sensor.delay"];
 
 /// Opened cases, by seed: one whose encoder is coarse against the bristles, so that a refit which trusts presliding is led
 /// astray; one whose multisine has no quiet moment that would show its noise; two of bristles that break away within a sample,
@@ -147,7 +149,9 @@ fn opened_cases_are_answered() {
         let verdict = &answer["verdict"];
         assert_eq!(verdict["kind"], kind, "{seed}: {verdict}");
         let named = verdict["effects"].as_array().unwrap();
-        let mut named: Vec<&str> = named.iter().filter_map(|id| id.as_str()).collect();
+        let named = named.iter().filter_map(|id| id.as_str());
+        let as_one = |id| if DELAYS.contains(&id) { DELAYS[0] } else { id };
+        let mut named: Vec<&str> = named.map(as_one).collect();
         let mut effects = effects.to_vec();
         // Of several that are all there none comes first.
         if kind == "effects" {

@@ -16,9 +16,11 @@ pub const MOST_EFFECTS: usize = 2;
 /// Part of the best one's gain that another must have alone to be tried in its place: with less it hardly stands for the same.
 const RIVALS: f64 = 0.2;
 
-/// The same of one that the first is tried without, beside whatever else does well alone, where the best leaves much: of two effects a third one may
-/// do better alone than either.
+/// The same of one that the first is tried without, beside whatever else does well alone: of two effects a third one may
+/// do better alone than either, and what the second has moved of the simulator's own parameters the first does not know.
 const NEXT: f64 = 0.5;
+/// Cosine between what two effects change beyond which they are one in two forms.
+const ONE_IN_TWO_FORMS: f64 = 0.9;
 /// So many of them at most.
 const MOST_NEXT: usize = 2;
 
@@ -62,15 +64,20 @@ impl Pairs<'_> {
             .and_then(|both| self.alone(both.added.last()?))
             .into_iter()
             .collect();
-        if room {
-            let enough = NEXT * (first.score - self.base.score);
-            let next = self.single.iter().filter(|h| {
-                h.score - self.base.score > enough && !of_noise(h) && h.ids() != first.ids()
-            });
-            for next in next.take(MOST_NEXT) {
-                if seconds.iter().all(|second| second.ids() != next.ids()) {
-                    seconds.push(next);
-                }
+        let enough = NEXT * (first.score - self.base.score);
+        let mut apart = vec![first];
+        for next in self.single {
+            let gains = next.score - self.base.score > enough && !of_noise(next);
+            let alike = |other: &&Hypothesis| {
+                other.alike(next, self.base, self.judge.weights) > ONE_IN_TWO_FORMS
+            };
+            if gains && !apart.iter().any(alike) && apart.len() <= MOST_NEXT {
+                apart.push(next);
+            }
+        }
+        for next in apart.into_iter().skip(1) {
+            if seconds.iter().all(|second| second.ids() != next.ids()) {
+                seconds.push(next);
             }
         }
         for second in seconds {

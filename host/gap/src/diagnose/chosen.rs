@@ -1,9 +1,9 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT,
-    TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, below_open, brings_bristles, choose, contribution,
-    explained, follows_acceleration,
+    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES_MOMENTS, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
+    below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, of_noise};
@@ -76,14 +76,17 @@ impl<'a> Chosen<'a> {
         let [before, after] = self.rms_times;
         let of_moments = matters(self.rms_times)
             && explained(before, after) > OF_MOMENTS
-            && (before > LEAVES.0 || evidence > BY_EVIDENCE.0);
+            && (before > LEAVES_MOMENTS.0 || evidence > BY_EVIDENCE.0);
         let explains = (matters(self.times) || of_moments) && self.explained > SHARE
             || of_moments && evidence > TIES.0;
         let evident = evidence > BY_EVIDENCE.0
             && self.squares[1] < (1.0 - BY_EVIDENCE.1) * self.squares[0]
             && (best.added.iter().all(|entry| springs(entry))
                 || !follows_acceleration(search, best));
-        gain - nats > ACCUSES && (self.is_by_itself() || self.spares() || explains || evident)
+        let worsens = after > WORSENS * before && !self.is_by_itself();
+        gain - nats > ACCUSES
+            && !worsens
+            && (self.is_by_itself() || self.spares() || explains || evident)
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
@@ -118,24 +121,27 @@ impl<'a> Chosen<'a> {
         self.is_shown() || of_noise(self.best)
     }
 
-    /// Whether it stands for something that no list has: it leaves much in sliding, or what depends smoothly on where an axis is and
-    /// how it moves, or alone what no effect leaves that is there.
+    /// Whether it stands for something that no list has: it leaves what no effect leaves that is there, or what depends smoothly on where an
+    /// axis is and how it moves.
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
-        let slides_off = left.rms_sliding() > STANDS_FOR.0 && self.explained < STANDS_FOR.1;
+        let of_all = (left.is_unexplained() || left.rms_sliding() > UNKNOWN_SLIDING)
+            && !self.has_free_order();
+        let of_moments =
+            left.moments > LEAVES_MOMENTS.0 && self.squares[1] > LEAVES_MOMENTS.1 * self.squares[0];
+        let alone = self.best.added.len() == 1;
+        let leaves = [of_all, of_moments]
+            .into_iter()
+            .zip(STANDS_FOR)
+            .any(|(leaves, share)| leaves && (alone || self.explained < share));
         let is_foreign =
             || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
-        let leaves = match self.best.added[..] {
-            [entry] if left.moments > LEAVES.0 => {
-                self.squares[1] > LEAVES.1 * self.squares[0]
-                    || self.times[1] > LEAVES.2 && !springs(entry) && !self.has_free_order()
-            }
-            _ => left.moments > UNKNOWN_MOMENTS,
-        };
-        !of_noise(self.best) && !takes_all && (slides_off || leaves || is_foreign())
+        !of_noise(self.best)
+            && !takes_all
+            && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign())
     }
 
-    /// Whether it has a wave whose order was fitted.
+    /// Whether it has a wave whose order was fitted, which may stop beside its own.
     fn has_free_order(&self) -> bool {
         let model = &self.best.model;
         model.free.iter().any(|free| {

@@ -5,7 +5,7 @@ use super::likelihood::Noise;
 use super::regime::Node;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
 use bristle_plant::effect::{Entry, Kind};
-use nalgebra::Cholesky;
+use nalgebra::{Cholesky, DVector};
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
@@ -61,6 +61,15 @@ impl Hypothesis {
         self.log_belief > base.log_belief - STRAINS && !fitted.any(|(free, &x)| is_least(free, x))
     }
 
+    /// Whether a parameter of an effect came out at the end of what is physical.
+    pub(super) fn ends_at_limit(&self) -> bool {
+        let mut fitted = self.model.free.iter().zip(&self.fit.at);
+        fitted.any(|(free, &x)| {
+            let value = free.value(x);
+            matches!(free.owner, Owner::Effect(..)) && free.range.contains(&value)
+        })
+    }
+
     /// Scores what it leaves over at all nodes that count.
     pub(super) fn scored(&mut self, noise: &Noise, nodes: &[Node]) {
         self.score = noise.log_density(nodes, &self.held_out) + self.log_belief;
@@ -69,6 +78,17 @@ impl Hypothesis {
     /// The score where a rest below what is open counts, too.
     pub(super) fn score_of_all(&self, noise: &Noise, nodes: &[Node]) -> f64 {
         noise.log_density_of_all(nodes, &self.held_out) + self.log_belief
+    }
+
+    /// Cosine between what this and another change of what the simulator leaves over, as a fit weighs it.
+    pub(super) fn alike(&self, other: &Self, base: &Self, weights: &[f64]) -> f64 {
+        let changes = |h: &Self| {
+            let rest = base.held_out.iter().zip(&h.held_out);
+            let weighted = rest.zip(weights).map(|((b, r), w)| (b - r) * w);
+            DVector::from_iterator(weights.len(), weighted)
+        };
+        let (one, other) = (changes(self), changes(other));
+        one.dot(&other) / (one.norm() * other.norm()).max(f64::MIN_POSITIVE)
     }
 
     /// This beside noise that takes as much off it as off the base.

@@ -47,7 +47,7 @@ impl Left {
                 moments_by(&search.noise)
             },
         };
-        if left.much || left.moments > LEAVES.0 {
+        if left.much || left.moments > LEAVES[1] {
             // What a model leaves over of its own records is no gap, though another one leaves less.
             let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
             let beside_own = search.noise.clone().at_least(&own);
@@ -63,6 +63,11 @@ impl Left {
             .iter()
             .zip(NOTHING)
             .any(|(times, most)| *times > most)
+    }
+
+    /// Whether it is what neither an effect that is there leaves nor the simulator where nothing is missing, of all.
+    pub(super) fn is_unexplained(&self) -> bool {
+        self.times[0] > LEAVES[0] && self.moments > LEAVES[1]
     }
 
     /// Ratio of root-mean-squares in sliding.

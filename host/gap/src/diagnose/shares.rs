@@ -16,10 +16,10 @@ const EFFECT_IS: (f64, f64) = (-2.0, 6.0);
 /// An effect by evidence where it takes little of times over all regimes.
 const EFFECT_IS_AT_LEAST: f64 = 0.6;
 /// The same of the answers that have no such measure.
-const EFFECTS_ARE: f64 = 0.7;
+const EFFECTS_ARE: f64 = 0.84;
 const SMALL_IS: f64 = 0.7;
 const NONE_IS: f64 = 0.92;
-const PARAMETERS_ARE: f64 = 0.4;
+const PARAMETERS_ARE: f64 = 0.65;
 const NOISE_IS: f64 = 0.85;
 /// Of what a verdict leaves open this part is for an effect that no list has.
 const UNKNOWN_ELSE: f64 = 0.2;
