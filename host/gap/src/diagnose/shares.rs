@@ -11,7 +11,7 @@ use super::verdict::Kind;
 const TEMPERATURE: f64 = 8.0;
 /// How often answers were right on development cases, as a logistic function: `unknown` of the logarithm of the times that
 /// are left; an effect of the share that it explains. See docs/diagnosis-method.md.
-const UNKNOWN_IS: (f64, f64) = (-0.5, 1.5);
+const UNKNOWN_IS: (f64, f64) = (1.2, 1.0);
 const EFFECT_IS: (f64, f64) = (-2.0, 6.0);
 /// An effect by evidence where it takes little of times over all regimes.
 const EFFECT_IS_AT_LEAST: f64 = 0.6;

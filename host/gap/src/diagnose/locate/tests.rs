@@ -56,9 +56,23 @@ struct Data {
     scale: Scale,
 }
 
+/// Travel of a linear axis where the other one turns by a radian, m.
+const M_PER_RAD: f64 = 0.01;
+
 impl Data {
-    fn new() -> Self {
-        let text = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 1048576\n[friction]\ncoulomb_nm = 0.02\nstiffness_nm_rad = 2\n";
+    fn new(unit: Unit) -> Self {
+        let (text, position, per_rad) = match unit {
+            Unit::Rotary => (
+                "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 1048576\n[friction]\ncoulomb_nm = 0.02\nstiffness_nm_rad = 2\n",
+                PositionKind::Rad,
+                1.0,
+            ),
+            Unit::Linear => (
+                "[axis]\nmass_kg = 0.01\ncounts_per_m = 10000000\n[friction]\ncoulomb_n = 0.02\nstiffness_n_m = 200\n",
+                PositionKind::M,
+                M_PER_RAD,
+            ),
+        };
         let path = Path::new("axis.toml");
         let axis = AxisFile::parse(text, path).unwrap();
         let believed = Believed::new(&axis, path).unwrap();
@@ -66,7 +80,7 @@ impl Data {
         let load = |k: usize| 0.2 * (std::f64::consts::TAU * 0.83 * k as f64 * STEP_S).sin();
         let log = Log::new(
             "log.csv",
-            Unit::Rotary,
+            unit,
             (0..SAMPLES).map(|k| k as f64 * STEP_S).collect(),
             vec![Effort {
                 kind: EffortKind::TorqueMeasured,
@@ -77,8 +91,8 @@ impl Data {
                     .collect(),
             }],
             Position {
-                kind: PositionKind::Rad,
-                values: position_rad(),
+                kind: position,
+                values: position_rad().iter().map(|q| per_rad * q).collect(),
             },
         );
         let records = vec![Record::new(&log, &axis, &believed, &[]).unwrap()];
@@ -129,7 +143,7 @@ impl Data {
 
 #[test]
 fn a_gap_is_found_where_it_is_laid() {
-    let data = Data::new();
+    let data = Data::new(Unit::Rotary);
     let laid_nm = 3.0 * NOISE_NM;
     let within = |inside: bool| if inside { laid_nm } else { 0.0 };
 
@@ -178,8 +192,52 @@ fn a_gap_is_found_where_it_is_laid() {
 }
 
 #[test]
+fn a_gap_is_found_along_what_axes_have_in_common() {
+    for unit in [Unit::Rotary, Unit::Linear] {
+        let data = Data::new(unit);
+        let laid = |value: &dyn Fn(&Node, &Course) -> Option<f64>, [low, high]: [f64; 2]| {
+            let gap = |i: usize, course: &Course| {
+                let value = value(&data.nodes[i], course);
+                let inside = value.is_some_and(|value| (low..=high).contains(&value));
+                if inside { 3.0 * NOISE_NM } else { 0.0 }
+            };
+            data.regions(gap)
+        };
+        let records = &data.records;
+        let most = |value: &dyn Fn(&Node) -> f64| data.nodes.iter().map(value).fold(0.0, f64::max);
+        // In the last of six parts of each.
+        let speed = |node: &Node| node.velocity_rad_s(records);
+        let fast = laid(
+            &|node, _| Some(speed(node)),
+            [0.75 * most(&speed), f64::INFINITY],
+        );
+        assert_eq!(fast[0].axis, "speed", "{fast:#?}");
+        let acceleration = |node: &Node| node.acceleration_rad_s2(records).abs();
+        let hard = [0.85 * most(&acceleration), f64::INFINITY];
+        let hard = laid(&|node, _| Some(acceleration(node)), hard);
+        assert_eq!(hard[0].axis, "acceleration", "{hard:#?}");
+        let late = laid(&|node, _| Some(node.time_s(records)), [17.0, 20.0]);
+        assert_eq!(late[0].axis, "time", "{late:#?}");
+        let rested = laid(&|_, course| course.dwell_s, [0.26, 1.0]);
+        assert_eq!(rested[0].axis, "dwell", "{rested:#?}");
+        let position = |node: &Node| node.position_rad(records);
+        let end = [0.95 * most(&position), f64::INFINITY];
+        let end = laid(&|node, _| Some(position(node)), end);
+        assert_eq!(end[0].axis, "position", "{end:#?}");
+    }
+    // A wave of 20 over a stroke.
+    let data = Data::new(Unit::Linear);
+    let wave = 20.0 / data.scale.stroke_rad();
+    let wave = data.regions(|i, _| {
+        3.0 * NOISE_NM * (TAU * wave * data.nodes[i].position_rad(&data.records)).sin()
+    });
+    let every = format!("every {} m", short(data.scale.stroke_rad() / 20.0));
+    assert_eq!(wave[0].label, every, "{wave:#?}");
+}
+
+#[test]
 fn noise_lies_nowhere() {
-    let data = Data::new();
+    let data = Data::new(Unit::Rotary);
     let ground = Ground {
         records: &data.records,
         nodes: &data.nodes,
