@@ -27,9 +27,13 @@ pub(crate) fn decay<T: Real>(along: T, far: T, alpha: T, z_ss: T) -> (T, T) {
         return (next, T::of(0.5) * (along + next));
     }
     let ends = z_ss / alpha;
+    let off = along - ends;
+    // As all along in sliding at a constant level.
+    if off == T::ZERO {
+        return (ends, ends);
+    }
     // exp(-40) is lost in the rounding of what is left of z_ss.
     let left = if x > T::of(40.0) { T::ZERO } else { (-x).exp() };
-    let off = along - ends;
     (ends + off * left, ends + off * (T::ONE - left) / x)
 }
 

@@ -17,6 +17,9 @@ const CLOSE: f64 = 0.6;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
 const WORTH_A_FIT: f64 = 12.0;
 
+/// Effects that are screened at once: parts of each are serial.
+const AT_ONCE: usize = 4;
+
 /// An effect, the simulator with it, and its fit.
 pub(super) struct Tried {
     pub(super) entry: &'static Entry,
@@ -37,9 +40,10 @@ pub(super) fn screen(
     progress: &dyn Fn(f64),
 ) -> Vec<Screened> {
     let mut screened: Vec<Screened> = Vec::new();
-    for (done, entry) in catalogue.iter().enumerate() {
-        screened.push((entry, background.starts(entry)));
-        progress(done as f64 / catalogue.len() as f64);
+    for some in catalogue.chunks(AT_ONCE) {
+        let starts = some.par_iter();
+        screened.par_extend(starts.map(|&entry| (entry, background.starts(entry))));
+        progress(screened.len() as f64 / catalogue.len() as f64);
     }
     by_promise(&mut screened);
     screened
