@@ -6,7 +6,7 @@ use super::accuse::{
     below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
 use super::ceiling;
-use super::hypothesis::{Hypothesis, of_noise};
+use super::hypothesis::{Hypothesis, is_predicted, of_noise};
 use super::left::Left;
 use super::play::springs;
 use super::regime::Regime;
@@ -136,9 +136,9 @@ impl<'a> Chosen<'a> {
             .any(|(leaves, share)| leaves && (alone || self.explained < share));
         let is_foreign =
             || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
-        !of_noise(self.best)
-            && !takes_all
-            && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign())
+        // What noise of the sensor leaves is noise.
+        let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
+        !beside_noise && !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own.
