@@ -1,7 +1,7 @@
 //! Which hypothesis is worth the effects that it adds.
 
 use super::bristles::is_bristles;
-use super::hypothesis::{Hypothesis, is_predicted, of_noise};
+use super::hypothesis::{Hypothesis, change, cosine, is_predicted, of_noise};
 use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::{Node, Regime};
@@ -72,7 +72,8 @@ pub(super) const EVENLY: (f64, f64) = (1.1, 3.0);
 pub(super) const TAKES_ALL_BUT: f64 = 0.05;
 /// Times of what is open, of all, and ratio of root-mean-squares in motion beside it, beyond which what is named leaves what nothing does that is there, or the
 /// simulator where nothing is accused. Of 70 opened cases and trials that a single effect explains rightly none was beyond the first, nor
-/// of 40 without an effect; of 40 whose effect was left out 23 were. A real axis leaves some times of what is open all over, by many small effects, but nothing in the moments that are largest.
+/// of 40 without an effect; of 40 whose effect was left out 23 were. A real axis leaves some times of what is open all over, by many small
+/// effects, but nothing in the moments that are largest.
 pub(super) const LEAVES: [f64; 2] = [1.25, 1.05];
 /// The same of few moments: ratio of root-mean-squares, and part of the weighted squares.
 pub(super) const LEAVES_MOMENTS: (f64, f64) = (1.4, 0.3);
@@ -296,9 +297,10 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
 /// Whether what a hypothesis changes may be errors of the motion, which a null does not have: a load behind a spring, what changes the
 /// same as such a load, and friction that grows with load.
 pub(super) fn follows_acceleration(search: &Search, hypothesis: &Hypothesis) -> bool {
-    let like = |h: &Hypothesis| {
-        springs(h.added[0]) && h.alike(hypothesis, &search.base, &search.weights) >= LIKE_A_SPRING
-    };
+    let changes = |h: &Hypothesis| change(&search.base.held_out, &h.held_out, &search.weights);
+    let changed = changes(hypothesis);
+    let like =
+        |h: &Hypothesis| springs(h.added[0]) && cosine(&changed, &changes(h)) >= LIKE_A_SPRING;
     hypothesis.added.iter().any(|entry| grows_with_load(entry)) || search.single.iter().any(like)
 }
 

@@ -2,7 +2,7 @@
 
 use super::accuse::{ACCUSES, BELOW_OPEN_BESIDE, foremost, leaves_room};
 use super::candidate::{Background, Screened, Start};
-use super::hypothesis::{Hypothesis, Judge, is_predicted, of_noise, sort};
+use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
@@ -65,17 +65,21 @@ impl Pairs<'_> {
             .into_iter()
             .collect();
         let enough = NEXT * (first.score - self.base.score);
-        let mut apart = vec![first];
+        let changes = |h: &Hypothesis| change(&self.base.held_out, &h.held_out, self.judge.weights);
+        let mut apart = vec![changes(first)];
         for next in self.single {
-            let gains = next.score - self.base.score > enough && !of_noise(next);
-            let alike = |other: &&Hypothesis| {
-                other.alike(next, self.base, self.judge.weights) > ONE_IN_TWO_FORMS
-            };
-            if gains && !apart.iter().any(alike) && apart.len() <= MOST_NEXT {
-                apart.push(next);
+            if apart.len() > MOST_NEXT {
+                break;
             }
-        }
-        for next in apart.into_iter().skip(1) {
+            if next.score - self.base.score <= enough || of_noise(next) {
+                continue;
+            }
+            let changed = changes(next);
+            let alike = |other| cosine(other, &changed) > ONE_IN_TWO_FORMS;
+            if apart.iter().any(alike) {
+                continue;
+            }
+            apart.push(changed);
             if seconds.iter().all(|second| second.ids() != next.ids()) {
                 seconds.push(next);
             }

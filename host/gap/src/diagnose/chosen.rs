@@ -83,10 +83,9 @@ impl<'a> Chosen<'a> {
             && self.squares[1] < (1.0 - BY_EVIDENCE.1) * self.squares[0]
             && (best.added.iter().all(|entry| springs(entry))
                 || !follows_acceleration(search, best));
-        let worsens = after > WORSENS * before && !self.is_by_itself();
+        let worsens = after > WORSENS * before;
         gain - nats > ACCUSES
-            && !worsens
-            && (self.is_by_itself() || self.spares() || explains || evident)
+            && (self.is_by_itself() || !worsens && (self.spares() || explains || evident))
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.

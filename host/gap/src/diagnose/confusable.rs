@@ -1,6 +1,7 @@
 //! Which effects these logs can tell apart: the change that each makes, beyond what the simulator's own parameters can
 //! do, laid against that of each other.
 
+use super::hypothesis::{change, cosine};
 use super::tried::Search;
 use super::verdict::Verdict;
 use nalgebra::DVector;
@@ -18,23 +19,14 @@ pub fn groups(search: &Search, verdict: &Verdict) -> Vec<Vec<String>> {
     let changes: Vec<DVector<f64>> = single
         .iter()
         .map(|(hypothesis, _)| {
-            DVector::from_iterator(
-                search.weights.len(),
-                hypothesis
-                    .fit
-                    .left_over
-                    .iter()
-                    .zip(&search.base.fit.left_over)
-                    .zip(&search.weights)
-                    .map(|((after, before), w)| (after - before) * w),
-            )
+            let (before, after) = (&search.base.fit.left_over, &hypothesis.fit.left_over);
+            change(before, after, &search.weights)
         })
         .collect();
     let mut groups = Vec::new();
     for i in 0..changes.len() {
         for j in 0..i {
-            let product = changes[i].norm() * changes[j].norm();
-            if product > 0.0 && changes[i].dot(&changes[j]).abs() / product > ALIKE {
+            if cosine(&changes[i], &changes[j]).abs() > ALIKE {
                 groups.push(vec![
                     single[j].0.added[0].id.to_string(),
                     single[i].0.added[0].id.to_string(),

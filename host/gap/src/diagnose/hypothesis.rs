@@ -80,17 +80,6 @@ impl Hypothesis {
         noise.log_density_of_all(nodes, &self.held_out) + self.log_belief
     }
 
-    /// Cosine between what this and another change of what the simulator leaves over, as a fit weighs it.
-    pub(super) fn alike(&self, other: &Self, base: &Self, weights: &[f64]) -> f64 {
-        let changes = |h: &Self| {
-            let rest = base.held_out.iter().zip(&h.held_out);
-            let weighted = rest.zip(weights).map(|((b, r), w)| (b - r) * w);
-            DVector::from_iterator(weights.len(), weighted)
-        };
-        let (one, other) = (changes(self), changes(other));
-        one.dot(&other) / (one.norm() * other.norm()).max(f64::MIN_POSITIVE)
-    }
-
     /// This beside noise that takes as much off it as off the base.
     pub(super) fn beside_noise(mut self, noise: &Self, base: &Self) -> Self {
         let square = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>();
@@ -104,6 +93,17 @@ impl Hypothesis {
             .extend(noise.model.effects.last().cloned());
         self
     }
+}
+
+/// What is changed of a rest, as a fit weighs it.
+pub(super) fn change(before: &[f64], after: &[f64], weights: &[f64]) -> DVector<f64> {
+    let change = before.iter().zip(after).zip(weights);
+    DVector::from_iterator(weights.len(), change.map(|((b, a), w)| (b - a) * w))
+}
+
+/// Cosine between two changes; zero where there is none.
+pub(super) fn cosine(one: &DVector<f64>, other: &DVector<f64>) -> f64 {
+    one.dot(other) / (one.norm() * other.norm()).max(f64::MIN_POSITIVE)
 }
 
 /// Effects whose torque can be predicted.

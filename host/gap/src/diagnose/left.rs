@@ -1,6 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
-use super::accuse::{EVENLY, LEAVES, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY};
+use super::accuse::{
+    EVENLY, LEAVES, LEAVES_MOMENTS, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
+};
 use super::fitted_noise::own_with_noise;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
@@ -13,7 +15,7 @@ pub(super) struct Left {
     pub(super) times: [f64; 3],
     /// It is much: neither noise of the recorder nor what the model leaves over of its own records.
     pub(super) much: bool,
-    /// Ratio of root-mean-squares in motion, by which few moments count; neither of noise of the recorder nor, where it is large, of what
+    /// Ratio of root-mean-squares in motion, by which few moments count; neither of noise of the recorder nor, where it tells, of what
     /// the model leaves over of its own records.
     pub(super) moments: f64,
 }
@@ -47,7 +49,7 @@ impl Left {
                 moments_by(&search.noise)
             },
         };
-        if left.much || left.moments > LEAVES[1] {
+        if left.much || left.moments > LEAVES_MOMENTS.0 || left.is_unexplained() {
             // What a model leaves over of its own records is no gap, though another one leaves less.
             let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
             let beside_own = search.noise.clone().at_least(&own);
