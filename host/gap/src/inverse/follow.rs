@@ -411,10 +411,13 @@ impl Load {
         let inertia_kg_m2 = inertia * coupling.load_share;
         let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
         let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
-        // Half a radian a step lets friction follow.
-        let steps = (natural_2.sqrt() * step_s / 0.5)
-            .ceil()
-            .clamp(1.0, MOST_STEPS);
+        // Half a radian a step lets friction follow, and tells when flanks meet. Without either a step of any length is exact.
+        let steps = if coupling.friction_on_motor && coupling.gap_rad == 0.0 {
+            1.0
+        } else {
+            let steps = natural_2.sqrt() * step_s / 0.5;
+            steps.ceil().clamp(1.0, MOST_STEPS)
+        };
         let dt_s = step_s / steps;
         let (even, odd) = damped(natural_2, loss, dt_s);
         Self {
