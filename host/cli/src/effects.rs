@@ -101,6 +101,7 @@ fn role(kind: Kind) -> &'static str {
         Kind::Zero => "zero",
         Kind::Shape => "shape",
         Kind::Form => "form",
+        Kind::Side => "side",
         Kind::Seed => "seed",
     }
 }

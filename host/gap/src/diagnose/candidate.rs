@@ -242,7 +242,9 @@ impl<'a> Background<'a> {
                         .free
                         .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]))
                 }
-                Kind::Form | Kind::Seed => {}
+                // The slope of a jump says nothing: a fit that counted on it would go nowhere.
+                Kind::Event | Kind::Place => {}
+                Kind::Form | Kind::Side | Kind::Seed => {}
                 _ if logarithmic => {
                     let mut free = Free::about(owner, name, value, 0.25 * (high / low).ln(), hard);
                     free.center = 0.5 * (low.ln() + high.ln());
@@ -352,7 +354,7 @@ fn no_wave(entry: &Entry, values: &[f64]) -> [Option<usize>; 3] {
     let Some(phase) = of(Kind::Phase) else {
         return [None; 3];
     };
-    match size_of_wave(entry, phase) {
+    match size_before(entry, phase) {
         Some(size) if values[size] == 0.0 => {
             let line = of(Kind::Order).or_else(|| of(Kind::Frequency));
             [Some(size), line, Some(phase)]
@@ -361,9 +363,9 @@ fn no_wave(entry: &Entry, values: &[f64]) -> [Option<usize>; 3] {
     }
 }
 
-/// The size that a phase belongs to: the last one before it.
-pub(super) fn size_of_wave(entry: &Entry, phase: usize) -> Option<usize> {
-    entry.parameters[..phase]
+/// The size that a phase, a moment or a place belongs to: the last one before it.
+pub(super) fn size_before(entry: &Entry, parameter: usize) -> Option<usize> {
+    entry.parameters[..parameter]
         .iter()
         .rposition(|p| p.kind == Kind::Size)
 }

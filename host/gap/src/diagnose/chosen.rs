@@ -1,9 +1,10 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, FOREIGN, LEAVES_MOMENTS, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR,
-    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
-    below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
+    ACCUSES, BY_EVIDENCE, EXPLAINS_ALL, FOREIGN, LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS,
+    OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
+    UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, contribution, explained,
+    follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, of_noise};
@@ -67,11 +68,11 @@ impl<'a> Chosen<'a> {
             [id] => search.null(id),
             _ => None,
         };
-        let (nats, takes) = null.map_or((0.0, 0.0), |null| {
+        let (nats, may_take) = null.map_or((0.0, 0.0), |null| {
             (null.may_gain(), contribution(null.times[0], null.times[1]))
         });
         let matters =
-            |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(takes);
+            |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(may_take);
         let evidence = best.log_evidence() - search.base.log_evidence() - nats;
         let [before, after] = self.rms_times;
         let of_moments = matters(self.rms_times)
@@ -79,13 +80,18 @@ impl<'a> Chosen<'a> {
             && (before > LEAVES_MOMENTS.0 || evidence > BY_EVIDENCE.0);
         let explains = (matters(self.times) || of_moments) && self.explained > SHARE
             || of_moments && evidence > TIES.0;
+        let takes = 1.0 - self.squares[1] / self.squares[0];
+        let follows = follows_acceleration(search, best);
         let evident = evidence > BY_EVIDENCE.0
-            && self.squares[1] < (1.0 - BY_EVIDENCE.1) * self.squares[0]
-            && (best.added.iter().all(|entry| springs(entry))
-                || !follows_acceleration(search, best));
+            && takes > BY_EVIDENCE.1
+            && (best.added.iter().all(|entry| springs(entry)) || !follows);
+        let (share, nats_of_all, least) = EXPLAINS_ALL;
+        let explains_all =
+            self.explained > share && evidence > nats_of_all && takes > least[usize::from(follows)];
         let worsens = after > WORSENS * before;
         gain - nats > ACCUSES
-            && (self.is_by_itself() || !worsens && (self.spares() || explains || evident))
+            && (self.is_by_itself()
+                || !worsens && (self.spares() || explains || evident || explains_all))
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
@@ -124,11 +130,14 @@ impl<'a> Chosen<'a> {
     /// axis is and how it moves.
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
-        let of_all = (left.is_unexplained() || left.rms_sliding() > UNKNOWN_SLIDING)
-            && !self.has_free_order();
+        let alone = self.best.added.len() == 1;
+        let (of_little, share) = LEAVES_OF_LITTLE;
+        let is_unexplained =
+            left.is_unexplained() || alone && self.explained < share && left.is_beyond(of_little);
+        let of_all =
+            (is_unexplained || left.rms_sliding() > UNKNOWN_SLIDING) && !self.has_free_order();
         let of_moments =
             left.moments > LEAVES_MOMENTS.0 && self.squares[1] > LEAVES_MOMENTS.1 * self.squares[0];
-        let alone = self.best.added.len() == 1;
         let leaves = [of_all, of_moments]
             .into_iter()
             .zip(STANDS_FOR)

@@ -4,7 +4,7 @@ use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
-use bristle_plant::effect::{Entry, Kind};
+use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::{Cholesky, DVector};
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
@@ -45,7 +45,7 @@ impl Hypothesis {
         self.score + self.log_occam
     }
 
-    /// Whether it may be accused: not where it is fitted as small as it can be, which is all that keeps it from not being there; nor
+    /// Whether it may be accused: not where the only size of an effect is fitted as small as it can be, which is all that keeps it from not being there; nor
     /// where the simulator's own parameters go farther from what is believed than without it, as when a limit cuts all effort and
     /// they shrink with it.
     pub(super) fn is_credible(&self, base: &Self) -> bool {
@@ -54,8 +54,10 @@ impl Hypothesis {
                 return false;
             };
             let [least, _] = free.range;
-            let kind = self.model.effects[effect].entry.parameters[parameter].kind;
-            kind == Kind::Size && least > 0.0 && free.value(x) <= least
+            let parameters = self.model.effects[effect].entry.parameters;
+            let is_only_size = (0..parameters.len())
+                .all(|i| (parameters[i].kind == Kind::Size) == (i == parameter));
+            is_only_size && least > 0.0 && free.value(x) <= least
         };
         let mut fitted = self.model.free.iter().zip(&self.fit.at);
         self.log_belief > base.log_belief - STRAINS && !fitted.any(|(free, &x)| is_least(free, x))
@@ -144,10 +146,17 @@ impl Judge<'_> {
         model: Model,
         fit: Fit,
     ) -> Hypothesis {
+        let sudden = |p: &&Parameter| matches!(p.kind, Kind::Event | Kind::Place);
+        let sudden = added
+            .iter()
+            .flat_map(|entry| entry.parameters)
+            .filter(sudden);
+        // One of as many moments or places as there are nodes.
+        let chosen = sudden.count() as f64 * (self.nodes.len() as f64).ln();
         let mut hypothesis = Hypothesis {
             held_out: held_out(&model, &fit, self.weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),
-            log_occam: log_occam(&model, &fit),
+            log_occam: log_occam(&model, &fit) - chosen,
             score: 0.0,
             added,
             model,

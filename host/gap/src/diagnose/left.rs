@@ -1,7 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
 use super::accuse::{
-    EVENLY, LEAVES, LEAVES_MOMENTS, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
+    EVENLY, LEAVES, LEAVES_MOMENTS, LEAVES_OF_LITTLE, NOTHING, UNKNOWN, UNKNOWN_SLIDING,
+    UNKNOWN_SLIDING_USUALLY,
 };
 use super::fitted_noise::own_with_noise;
 use super::hypothesis::Hypothesis;
@@ -49,7 +50,7 @@ impl Left {
                 moments_by(&search.noise)
             },
         };
-        if left.much || left.moments > LEAVES_MOMENTS.0 || left.is_unexplained() {
+        if left.much || left.moments > LEAVES_MOMENTS.0 || left.is_beyond(LEAVES_OF_LITTLE.0) {
             // What a model leaves over of its own records is no gap, though another one leaves less.
             let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
             let beside_own = search.noise.clone().at_least(&own);
@@ -69,7 +70,12 @@ impl Left {
 
     /// Whether it is what neither an effect that is there leaves nor the simulator where nothing is missing, of all.
     pub(super) fn is_unexplained(&self) -> bool {
-        self.times[0] > LEAVES[0] && self.moments > LEAVES[1]
+        self.is_beyond(LEAVES[0])
+    }
+
+    /// Whether it is more times what is open, and anything in few moments.
+    pub(super) fn is_beyond(&self, times: f64) -> bool {
+        self.times[0] > times && self.moments > LEAVES[1]
     }
 
     /// Ratio of root-mean-squares in sliding.

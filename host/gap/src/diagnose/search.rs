@@ -1,7 +1,8 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
 use super::accuse::{
-    ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, gain_below_open, leaves,
+    ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside,
+    gain_below_open, leaves,
 };
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
@@ -195,9 +196,15 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .into_iter()
         .take(NULLS)
         .map(|(hypothesis, _)| hypothesis.added[0]);
+    let beside = search
+        .single
+        .first()
+        .and_then(|one| best_beside(search, one));
     let second = search
         .several
         .first()
+        .into_iter()
+        .chain(beside)
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {
             search.single.first().is_some_and(|one| {
@@ -205,7 +212,6 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
                     || search.score_of_all(pair) - search.score_of_all(one) > BELOW_OPEN_BESIDE.0
             })
         })
-        .into_iter()
         .flat_map(|pair| pair.added.iter().copied())
         .filter(|entry| is_predicted(entry));
     for entry in below.chain(second) {

@@ -15,10 +15,14 @@ use rayon::prelude::*;
 const FITTED: usize = 12;
 /// Of those so many are fitted with the noise that the best one leaves.
 const KEPT: usize = 9;
+/// And of the others so many that do best above what is open: what cuts few moments may leave more of all the others.
+const KEPT_ABOVE: usize = 1;
 /// The best of them are fitted once more with a Jacobian of their own.
 const POLISHED: usize = 3;
 /// Where the best one leaves nothing, those go no further that leave this part of the nats that it gains ungained.
 const BEHIND: f64 = 0.8;
+/// But for those that do better than the best one by so many nats above what is open.
+const WORTH_KEEPING: f64 = 3.0;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
 
@@ -79,7 +83,11 @@ impl Ground<'_> {
         // What lies below what is open counts, too: the noise that it is judged by is yet to be found.
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
         found.sort_by(|a, b| density(&b.fit).total_cmp(&density(&a.fit)));
-        found.truncate(KEPT);
+        let mut further = found.split_off(KEPT.min(found.len()));
+        let above = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
+        further.sort_by(|a, b| above(&b.fit).total_cmp(&above(&a.fit)));
+        further.truncate(KEPT_ABOVE);
+        found.extend(further);
         Ok((screened, found))
     }
 
@@ -107,7 +115,7 @@ impl Ground<'_> {
     }
 
     /// The simulator alone and with each effect, fitted anew once noise and weights have changed; best first. Where the best one leaves
-    /// nothing, without those that are far behind.
+    /// nothing, without those that are far behind, below what is open and above.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
@@ -133,7 +141,9 @@ impl Ground<'_> {
             && !leaves(noise, self.nodes, &best.left_over, NOTHING)
         {
             let enough = density(best) - BEHIND * (density(best) - density(&fitted));
-            further.retain(|one| density(&one.fit) >= enough);
+            let above = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
+            let enough_above = above(best) + WORTH_KEEPING;
+            further.retain(|one| density(&one.fit) >= enough || above(&one.fit) > enough_above);
         }
         tried.extend(each(further, again)?);
         by_cost(&mut tried);

@@ -1,7 +1,7 @@
 //! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest,
 //! moments and places where the rest is largest.
 
-use super::candidate::{Background, Start, hard_range, size_of_wave};
+use super::candidate::{Background, Start, hard_range, size_before};
 use super::regime::Node;
 use super::spectrum;
 use bristle_plant::Unit;
@@ -25,6 +25,8 @@ const IN_PROPORTION: f64 = 3.0;
 const CERTAIN: f64 = 0.5;
 /// So many starts of an effect are tried as they are before it is believed what they promise.
 const CONFIRMED: usize = 8;
+/// An effect of two forms is tried in one, and from so many of its best starts in the other.
+const OTHER_FORM: usize = 12;
 /// Moments from which something may be different for good; a fit cannot move them.
 const STARTS_OF_CHANGE: usize = 16;
 /// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
@@ -34,8 +36,12 @@ const PROMISES: f64 = 0.25;
 const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
 /// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
 const HALVINGS: usize = 6;
-/// Moments or places of a sudden change that are tried.
-const MOMENTS: usize = 5;
+/// Moments or places of a sudden change that are tried, so many nodes apart.
+const MOMENTS: usize = 3;
+const NODES_APART: f64 = 4.0;
+/// Each at these parts of a node from it: a step of the position is seen through a test function of few nodes, in which one that is half a
+/// node off is another shape.
+const BESIDE_NODE: [f64; 4] = [-0.75, -0.25, 0.25, 0.75];
 
 impl Background<'_> {
     /// The best starts of an effect, best first.
@@ -50,27 +56,39 @@ impl Background<'_> {
         let mut grid = self.grid(entry);
         if !starts.is_empty() {
             // What has a wave has been tried with it; here are the sizes beside.
-            let waved = phase.and_then(|phase| size_of_wave(entry, phase));
+            let waved = phase.and_then(|phase| size_before(entry, phase));
             grid.retain(|values| waved.is_none_or(|size| values[size] == 0.0));
         }
         let zero = place(Kind::Zero);
         let scales = grid
             .last()
             .is_some_and(|values| self.scales_effort(entry, values));
-        let of_grid: Vec<Start> = grid
-            .into_par_iter()
-            .filter_map(|values| {
+        let tried = |grid: Vec<Vec<f64>>| -> Vec<Start> {
+            let tried = grid.into_par_iter().filter_map(|values| {
                 phase
                     .and_then(|phase| self.with_phase(entry, values.clone(), phase))
                     .or_else(|| self.with_zero(entry, values.clone(), zero?))
                     .or_else(|| self.scaled(entry, values, scales))
-            })
-            .collect();
-        starts.extend(of_grid);
+            });
+            tried.collect()
+        };
+        starts.extend(tried(grid));
         starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        if let Some(form) = place(Kind::Form) {
+            let [other, _] = (entry.parameters[form].range)(self.scale);
+            let of_other = |start: &Start| {
+                let mut values = start.values.clone();
+                values[form] = other;
+                values
+            };
+            let best = starts.iter().take(OTHER_FORM).map(of_other).collect();
+            starts.extend(tried(best));
+            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
         self.confirm(entry, &mut starts, scales);
         if let Some(best) = starts.first_mut() {
             self.settle_sudden(entry, best, scales);
+            self.add_sudden(entry, best, scales);
         }
         starts
     }
@@ -95,6 +113,44 @@ impl Background<'_> {
                     self.take_better(entry, best, scales, tried.map(|x| (shape, x)).collect());
                     self.settle(entry, best, place, reach, scales);
                 }
+            }
+        }
+    }
+
+    /// Adds to the best start what else of the effect has a moment or place of its own, where that does better.
+    fn add_sudden(&self, entry: &'static Entry, best: &mut Start, scales: bool) {
+        for (moment, parameter) in entry.parameters.iter().enumerate() {
+            let Some(size) = sudden(entry, moment).filter(|&size| best.values[size] == 0.0) else {
+                continue;
+            };
+            let Some(so_far) = self.change(entry, &best.values, scales) else {
+                return;
+            };
+            let so_far = self.beyond(&so_far);
+            let rest = self.rest() + &so_far;
+            let usual = (entry.parameters[size].range)(self.scale);
+            let range = hard_range(usual);
+            let places = self.moments(parameter.kind, &rest).unwrap_or_default();
+            let added = places.into_par_iter().filter_map(|at| {
+                let mut values = best.values.clone();
+                values[moment] = at;
+                values[size] = levels(usual, SIZES).last()?;
+                let change = self.beyond(&self.change(entry, &values, scales)?) - &so_far;
+                values[size] *= -change.dot(&rest) / change.norm_squared();
+                values[size] = values[size].clamp(range[0], range[1]);
+                let gain = self.gain(entry, &values, scales);
+                Some(Start {
+                    gain,
+                    ..Start::at(values)
+                })
+            });
+            let added: Vec<Start> = added.collect();
+            if let Some(better) = added.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
+                && better.gain > best.gain
+            {
+                *best = better;
+                let reach = self.between_moments(parameter.kind).unwrap_or_default();
+                self.settle(entry, best, moment, reach, scales);
             }
         }
     }
@@ -193,7 +249,9 @@ impl Background<'_> {
             .flat_map(|size| {
                 let [low, high] = range(size);
                 let most = if high.abs() >= low.abs() { high } else { low };
-                let sizes: Vec<f64> = if low > 0.0 {
+                let sizes: Vec<f64> = if has_moment(entry, size) {
+                    levels([low, high], SIZES).skip(SIZES - 1).collect()
+                } else if low > 0.0 {
                     std::iter::once(low)
                         .chain(levels([low, high], SIZES))
                         .collect()
@@ -212,40 +270,46 @@ impl Background<'_> {
             grid.push(none);
         }
         let shapes: Vec<usize> = of(Kind::Form)
+            .chain(of(Kind::Side))
             .chain(of(Kind::Limit))
             .chain((0..parameters.len()).filter(|&i| parameters[i].kind.is_shape()))
             .collect();
         for shape in shapes {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
-                Kind::Form => vec![low, high],
+                Kind::Form => vec![high],
+                Kind::Side => vec![low, high],
                 Kind::Limit if of(Kind::Limit).count() > 1 => levels([low, high], LIMITS).collect(),
                 Kind::Limit => {
                     levels([hard_range([low, high])[0], high], LEVELS_OF_LIMIT).collect()
                 }
                 _ => self
-                    .moments(parameters[shape].kind)
+                    .moments(parameters[shape].kind, &self.rest())
                     .unwrap_or_else(|| levels([low, high], SHAPES).collect()),
             };
-            if grid.len() * tried.len() > MOST_STARTS * 2 || high <= low {
+            // The moment or place of a size is nothing to the other sizes.
+            let owner = sudden(entry, shape);
+            let (shaped, others): (Vec<_>, Vec<_>) = grid
+                .iter()
+                .cloned()
+                .partition(|values| owner.is_none_or(|size| values[size] != 0.0));
+            if others.len() + shaped.len() * tried.len() > MOST_STARTS * 2 || high <= low {
                 continue;
             }
-            grid = grid
-                .iter()
-                .flat_map(|values| {
-                    tried.iter().map(move |&x| {
-                        let mut values = values.clone();
-                        values[shape] = x;
-                        values
-                    })
+            let shaped = shaped.iter().flat_map(|values| {
+                tried.iter().map(move |&x| {
+                    let mut values = values.clone();
+                    values[shape] = x;
+                    values
                 })
-                .collect();
+            });
+            grid = others.into_iter().chain(shaped).collect();
         }
         grid
     }
 
-    /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where the rest is largest.
-    fn moments(&self, kind: Kind) -> Option<Vec<f64>> {
+    /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where a weighted rest is largest.
+    fn moments(&self, kind: Kind, rest: &DVector<f64>) -> Option<Vec<f64>> {
         if kind == Kind::Onset {
             return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
         }
@@ -254,30 +318,38 @@ impl Background<'_> {
             let inside = |part: &f64| [low + part * (high - low), high - part * (high - low)];
             return Some(INSIDE.iter().flat_map(inside).collect());
         }
-        let of = |node: &Node| match kind {
-            Kind::Event => Some(node.time_s(self.records)),
-            Kind::Place => Some(match self.scale.unit {
-                Unit::Rotary => {
-                    let turn = std::f64::consts::TAU;
+        // Where a node is, and how far from it the next one.
+        let of = |node: &Node| {
+            let node_s = self.records[node.record].node_s();
+            match kind {
+                Kind::Event => Some((node.time_s(self.records), node_s)),
+                Kind::Place => {
                     let q = node.position_rad(self.records);
-                    q - turn * (q / turn).round()
+                    let turn = std::f64::consts::TAU;
+                    let at = match self.scale.unit {
+                        Unit::Rotary => q - turn * (q / turn).round(),
+                        Unit::Linear => q,
+                    };
+                    Some((at, node_s * node.velocity_rad_s(self.records).abs()))
                 }
-                Unit::Linear => node.position_rad(self.records),
-            }),
-            _ => None,
+                _ => None,
+            }
         };
         let mut largest: Vec<usize> = (0..self.nodes.len()).collect();
-        let size = |&i: &usize| (self.fit.left_over[i] * self.weights[i]).abs();
-        largest.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        let mut found: Vec<f64> = Vec::new();
+        largest.sort_by(|&a, &b| rest[b].abs().total_cmp(&rest[a].abs()));
+        let mut found: Vec<(f64, f64)> = Vec::new();
         for i in largest.into_iter().take(10 * MOMENTS) {
-            let at = of(&self.nodes[i])?;
-            if found.iter().all(|other| (other - at).abs() > 0.02) {
-                found.push(at);
+            let (at, node) = of(&self.nodes[i])?;
+            if found
+                .iter()
+                .all(|other| (other.0 - at).abs() > NODES_APART * node)
+            {
+                found.push((at, node));
             }
         }
         found.truncate(MOMENTS);
-        Some(found)
+        let beside = |(at, node): (f64, f64)| BESIDE_NODE.map(|part| at + part * node);
+        Some(found.into_iter().flat_map(beside).collect())
     }
 
     /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
@@ -299,7 +371,7 @@ impl Background<'_> {
             }
             let range = hard_range(usual);
             let mut best = -slope / square;
-            if usual[0] > 0.0 {
+            if usual[0] > 0.0 && !has_moment(entry, size) {
                 best = best.clamp(1.0 / IN_PROPORTION, IN_PROPORTION);
             }
             let scaled = (best * values[size]).clamp(range[0], range[1]);
@@ -384,7 +456,7 @@ impl Background<'_> {
 
     /// Waves over angle or time: the whole spectrum at once, then the best lines one by one.
     fn waves(&self, entry: &'static Entry, line: usize, phase: usize, in_time: bool) -> Vec<Start> {
-        let Some(size) = size_of_wave(entry, phase) else {
+        let Some(size) = size_before(entry, phase) else {
             return Vec::new();
         };
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
@@ -474,6 +546,18 @@ impl Background<'_> {
             guessed: false,
         })
     }
+}
+
+/// Whether a size has a moment or place of its own: then it is a step of the position, in proportion to what it does.
+fn has_moment(entry: &Entry, size: usize) -> bool {
+    (0..entry.parameters.len()).any(|i| sudden(entry, i) == Some(size))
+}
+
+/// The size whose moment or place of a sudden change a parameter is.
+fn sudden(entry: &Entry, parameter: usize) -> Option<usize> {
+    let kind = entry.parameters[parameter].kind;
+    let sudden = matches!(kind, Kind::Event | Kind::Place);
+    sudden.then(|| size_before(entry, parameter)).flatten()
 }
 
 fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {

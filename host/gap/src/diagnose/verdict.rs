@@ -6,7 +6,7 @@
 //! method knows least of. What an effect explains is a share of the logarithm of that. A rest of few moments hardly moves that
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
-use super::accuse::{LITTLE, UNKNOWN_MOMENTS};
+use super::accuse::{LITTLE, UNKNOWN_MOMENTS, UNKNOWN_SLIDING};
 use super::chosen::Chosen;
 use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, sort};
@@ -80,7 +80,10 @@ pub fn verdict(search: &Search) -> Verdict {
     let left_unknown = !chosen.is_shown()
         && (search.is_unlisted()
             || left.much && chosen.explained < LITTLE
-            || !accused && (left.is_unexplained() || left.moments > UNKNOWN_MOMENTS)
+            || !accused
+                && (left.is_unexplained()
+                    || left.moments > UNKNOWN_MOMENTS
+                    || left.much && left.rms_sliding() > UNKNOWN_SLIDING)
             || accused && chosen.stands_for_another(&left));
     let small = if left.much {
         Vec::new()

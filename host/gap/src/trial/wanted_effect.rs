@@ -78,7 +78,7 @@ impl Draft {
                 }
                 Kind::Phase => dice.between(-PI, PI),
                 Kind::Frequency => dice.decades(low.max(0.5), high.min(60.0)),
-                Kind::Form => dice.of(&[low, high]),
+                Kind::Form | Kind::Side => dice.of(&[low, high]),
                 Kind::Seed => dice.below(1 << 20) as f64,
                 Kind::Shape if low > 0.0 => dice.decades(low, high),
                 // Onset, event and stop are laid where the records are.

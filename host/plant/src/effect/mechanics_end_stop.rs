@@ -43,7 +43,7 @@ pub(super) const ENTRY: Entry = Entry {
         Parameter::new(["position_rad", "position_m"], Kind::Stop, |scale| {
             [scale.lowest_rad, scale.highest_rad]
         }),
-        Parameter::same("side", Kind::Form, |_| [-1.0, 1.0]).or(1.0),
+        Parameter::same("side", Kind::Side, |_| [-1.0, 1.0]).or(1.0),
         Parameter::same("damping_s", Kind::Shape, |_| [1e-5, 1e-2]).or(1e-4),
     ],
     build: |values, _| {

@@ -76,6 +76,8 @@ pub enum Kind {
     Shape,
     /// One of two forms: its lowest or its highest value.
     Form,
+    /// On which side of its place it is: its lowest or its highest value.
+    Side,
     /// Where random numbers start: nothing to search for.
     Seed,
 }
