@@ -15,10 +15,10 @@ const STARTS: usize = 2;
 /// A second start is worth a fit if it promises this part of what the first one does.
 const CLOSE: f64 = 0.6;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
-const WORTH_A_FIT: f64 = 12.0;
+pub(super) const WORTH_A_FIT: f64 = 12.0;
 
 /// Effects that are screened at once: parts of each are serial.
-const AT_ONCE: usize = 4;
+const AT_ONCE: usize = 8;
 
 /// An effect, the simulator with it, and its fit.
 pub(super) struct Tried {

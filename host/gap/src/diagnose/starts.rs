@@ -3,13 +3,14 @@
 
 use super::candidate::{Background, Start, hard_range, size_before};
 use super::regime::Node;
+use super::screen::WORTH_A_FIT;
 use super::spectrum;
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// A size that is never zero is tried at so many values over its range.
+/// A size that is never zero is tried at so many values over its range at most: as many as are in proportion to each other.
 const SIZES: usize = 4;
 /// A shape at so many.
 const SHAPES: usize = 3;
@@ -24,7 +25,7 @@ const IN_PROPORTION: f64 = 3.0;
 /// A gain as tried is preferred to one in proportion if it is this part of it.
 const CERTAIN: f64 = 0.5;
 /// So many starts of an effect are tried as they are before it is believed what they promise.
-const CONFIRMED: usize = 8;
+const CONFIRMED: usize = 5;
 /// An effect of two forms is tried in one, and from so many of its best starts in the other.
 const OTHER_FORM: usize = 12;
 /// Moments from which something may be different for good; a fit cannot move them.
@@ -88,7 +89,9 @@ impl Background<'_> {
         self.confirm(entry, &mut starts, scales);
         if let Some(best) = starts.first_mut() {
             self.settle_sudden(entry, best, scales);
-            self.add_sudden(entry, best, scales);
+            if best.gain > WORTH_A_FIT {
+                self.add_sudden(entry, best, scales);
+            }
         }
         starts
     }
@@ -252,8 +255,9 @@ impl Background<'_> {
                 let sizes: Vec<f64> = if has_moment(entry, size) {
                     levels([low, high], SIZES).skip(SIZES - 1).collect()
                 } else if low > 0.0 {
+                    let sizes = ((high / low).ln() / IN_PROPORTION.ln()).ceil() as usize;
                     std::iter::once(low)
-                        .chain(levels([low, high], SIZES))
+                        .chain(levels([low, high], sizes.min(SIZES)))
                         .collect()
                 } else {
                     vec![0.15 * most, 0.6 * most]
