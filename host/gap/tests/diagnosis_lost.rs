@@ -1,12 +1,14 @@
 //! Counts that an encoder loses are steps of the position: named, taken out, and what else is missing is found beside.
 
 mod common;
+mod trials;
 
 use bristle_gap::diagnose::Kind;
 use bristle_gap::experiments::Named;
 use bristle_gap::{AxisFile, Log};
 use common::{diagnosed, effect, logs_of};
 use std::path::Path;
+use trials::drawn;
 
 const AXIS: &str = "[axis]\ninertia_kg_m2 = 4.9e-5\ncounts_per_rev = 8192\n[friction]\nmodel = \"elasto-plastic\"\n\
     coulomb_nm = 0.0303\nstiction_nm = 0.045\nstribeck_velocity_rad_s = 0.49\nstiffness_nm_rad = 1.46\n\
@@ -84,4 +86,16 @@ fn where_none_are_lost_none_are_named() {
     let logs = logs_of(&axis(), &EXPERIMENTS, 3e-4);
     let verdict = diagnosed(&axis(), &logs, &ACCUSED).diagnosis.verdict;
     assert_eq!(verdict.kind, Kind::None, "{verdict:?}");
+}
+
+#[test]
+fn a_few_at_a_place_and_a_moment_are_found_beside_another_effect() {
+    // Two and seven um on a scale of 0.1 um: effort could have moved the axis as far, so that no step shows by itself. A fit that counted
+    // on the slope of their place went nowhere once another effect was added.
+    let there = ["friction.load", ACCUSED[0]];
+    let mut said = trials::diagnosed(&drawn(11606, &there), &ACCUSED)
+        .verdict
+        .effects;
+    said.sort_unstable();
+    assert_eq!(said, there);
 }
