@@ -19,8 +19,8 @@ pub(super) const MATTERS: f64 = 0.4;
 /// trials without an effect one was at 13, the others at 8 at most, where it was no friction that grows with load, or alike.
 pub(super) const BY_EVIDENCE: (f64, f64) = (30.0, 0.05);
 /// Share of the gap, nats of evidence beyond its null, and part of the weighted squares, that an effect must explain, gain and take away to be accused
-/// however small the gap is; the last one where it changes what errors of the motion change. Of 90 trials without an effect that were opened
-/// the second most was at 73 nats and 0.09 of what errors change, and at 24 nats and 0.02 of other squares.
+/// however small the gap is; of the last the second where it changes what errors of the motion change. Of 90 opened trials without an effect
+/// those that seemed to explain as much took 0.09 at most of what errors change, by 73 nats, and 0.02 of other squares, by 24.
 pub(super) const EXPLAINS_ALL: (f64, f64, [f64; 2]) = (0.9, 18.0, [0.03, 0.3]);
 /// Share of the gap that an effect must explain: one that is not there explains as much, by the model's own error.
 pub(super) const SHARE: f64 = 0.25;
