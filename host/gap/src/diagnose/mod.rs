@@ -37,6 +37,7 @@ mod single;
 mod sound;
 mod spectrum;
 mod starts;
+mod sudden;
 mod tone;
 mod tried;
 mod verdict;

@@ -1,19 +1,18 @@
-//! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest,
-//! moments and places where the rest is largest.
+//! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest.
 
 use super::candidate::{Background, Start, hard_range, size_before};
-use super::regime::Node;
 use super::screen::WORTH_A_FIT;
 use super::spectrum;
+use super::sudden::{has_moment, sudden};
 use bristle_plant::Unit;
-use bristle_plant::effect::{Entry, Kind, Parameter};
+use bristle_plant::effect::{Entry, Kind};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// A size that is never zero is tried at so many values over its range at most: as many as are in proportion to each other.
-const SIZES: usize = 4;
+pub(super) const SIZES: usize = 4;
 /// A shape at so many.
-const SHAPES: usize = 3;
+pub(super) const SHAPES: usize = 3;
 /// Each of two limits at so many: they show only where they cut.
 const LIMITS: usize = 8;
 /// A single one, from the least that is physical on: where it cuts a controller asks for ever more.
@@ -28,21 +27,9 @@ const CERTAIN: f64 = 0.5;
 const CONFIRMED: usize = 5;
 /// An effect of two forms is tried in one, and from so many of its best starts in the other.
 const OTHER_FORM: usize = 12;
-/// Moments from which something may be different for good; a fit cannot move them.
-const STARTS_OF_CHANGE: usize = 16;
 /// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
 /// what that promises.
 const PROMISES: f64 = 0.25;
-/// A stop lies inside the travel by these parts of it: what it gives way by.
-const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
-/// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
-const HALVINGS: usize = 6;
-/// Moments or places of a sudden change that are tried, so many nodes apart.
-const MOMENTS: usize = 3;
-const NODES_APART: f64 = 4.0;
-/// Each at these parts of a node from it: a step of the position is seen through a test function of few nodes, in which one that is half a
-/// node off is another shape.
-const BESIDE_NODE: [f64; 4] = [-0.75, -0.25, 0.25, 0.75];
 
 impl Background<'_> {
     /// The best starts of an effect, best first.
@@ -96,89 +83,6 @@ impl Background<'_> {
         starts
     }
 
-    /// Moves the moment or place of a sudden change to where it fits best, and tries there the shapes that were too many for the
-    /// grid.
-    fn settle_sudden(&self, entry: &'static Entry, best: &mut Start, scales: bool) {
-        let sudden = |(place, parameter): (usize, &Parameter)| {
-            Some((place, self.between_moments(parameter.kind)?))
-        };
-        let sudden: Vec<(usize, f64)> = entry
-            .parameters
-            .iter()
-            .enumerate()
-            .filter_map(sudden)
-            .collect();
-        for &(place, reach) in &sudden {
-            self.settle(entry, best, place, reach, scales);
-            for (shape, parameter) in entry.parameters.iter().enumerate() {
-                if parameter.kind == Kind::Shape {
-                    let tried = levels((parameter.range)(self.scale), SHAPES);
-                    self.take_better(entry, best, scales, tried.map(|x| (shape, x)).collect());
-                    self.settle(entry, best, place, reach, scales);
-                }
-            }
-        }
-    }
-
-    /// Adds to the best start what else of the effect has a moment or place of its own, where that does better.
-    fn add_sudden(&self, entry: &'static Entry, best: &mut Start, scales: bool) {
-        for (moment, parameter) in entry.parameters.iter().enumerate() {
-            let Some(size) = sudden(entry, moment).filter(|&size| best.values[size] == 0.0) else {
-                continue;
-            };
-            let Some(so_far) = self.change(entry, &best.values, scales) else {
-                return;
-            };
-            let so_far = self.beyond(&so_far);
-            let rest = self.rest() + &so_far;
-            let usual = (entry.parameters[size].range)(self.scale);
-            let range = hard_range(usual);
-            let places = self.moments(parameter.kind, &rest).unwrap_or_default();
-            let added = places.into_par_iter().filter_map(|at| {
-                let mut values = best.values.clone();
-                values[moment] = at;
-                values[size] = levels(usual, SIZES).last()?;
-                let change = self.beyond(&self.change(entry, &values, scales)?) - &so_far;
-                values[size] *= -change.dot(&rest) / change.norm_squared();
-                values[size] = values[size].clamp(range[0], range[1]);
-                let gain = self.gain(entry, &values, scales);
-                Some(Start {
-                    gain,
-                    ..Start::at(values)
-                })
-            });
-            let added: Vec<Start> = added.collect();
-            if let Some(better) = added.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-                && better.gain > best.gain
-            {
-                *best = better;
-                let reach = self.between_moments(parameter.kind).unwrap_or_default();
-                self.settle(entry, best, moment, reach, scales);
-            }
-        }
-    }
-
-    /// Takes the best of these values of single parameters, if it does better than what is there.
-    fn take_better(
-        &self,
-        entry: &'static Entry,
-        best: &mut Start,
-        scales: bool,
-        tried: Vec<(usize, f64)>,
-    ) {
-        let starts = tried.into_par_iter().filter_map(|(place, value)| {
-            let mut values = best.values.clone();
-            values[place] = value;
-            self.scaled(entry, values, scales)
-        });
-        let found: Vec<Start> = starts.collect();
-        if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-            && better.gain > best.gain
-        {
-            *best = better;
-        }
-    }
-
     /// Takes the best starts that were scaled to a guess at what they do as they are, and sorts anew.
     fn confirm(&self, entry: &'static Entry, starts: &mut [Start], scales: bool) {
         let most = starts.len().min(CONFIRMED);
@@ -200,43 +104,12 @@ impl Background<'_> {
     }
 
     /// Fall of squares by an effect of these values.
-    fn gain(&self, entry: &'static Entry, values: &[f64], scales: bool) -> f64 {
+    pub(super) fn gain(&self, entry: &'static Entry, values: &[f64], scales: bool) -> f64 {
         let change = self.change(entry, values, scales);
         change.map_or(f64::NEG_INFINITY, |change| {
             let change = self.beyond(&change);
             -2.0 * change.dot(&self.rest()) - change.norm_squared()
         })
-    }
-
-    /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
-    fn between_moments(&self, kind: Kind) -> Option<f64> {
-        let node_s = self
-            .records
-            .iter()
-            .fold(0.0, |longest: f64, record| longest.max(record.node_s()));
-        match kind {
-            Kind::Onset => Some(0.5 * self.scale.duration_s / STARTS_OF_CHANGE as f64),
-            Kind::Event => Some(node_s),
-            Kind::Place => Some(node_s * self.scale.top_speed_rad_s),
-            Kind::Stop => Some(0.02 * (self.scale.highest_rad - self.scale.lowest_rad)),
-            _ => None,
-        }
-    }
-
-    /// Moves the moment or place of a sudden change to where it fits best.
-    fn settle(
-        &self,
-        entry: &'static Entry,
-        best: &mut Start,
-        moment: usize,
-        mut reach: f64,
-        scales: bool,
-    ) {
-        for _ in 0..HALVINGS {
-            let beside = [-reach, reach].map(|by| (moment, best.values[moment] + by));
-            self.take_better(entry, best, scales, beside.to_vec());
-            reach *= 0.5;
-        }
     }
 
     /// Values over the usual range: one size at a time, every combination of a few shapes.
@@ -312,52 +185,13 @@ impl Background<'_> {
         grid
     }
 
-    /// Where a sudden change may lie, for a parameter that is a moment or a place of one: where a weighted rest is largest.
-    fn moments(&self, kind: Kind, rest: &DVector<f64>) -> Option<Vec<f64>> {
-        if kind == Kind::Onset {
-            return Some(levels([0.0, self.scale.duration_s], STARTS_OF_CHANGE).collect());
-        }
-        if kind == Kind::Stop {
-            let (low, high) = (self.scale.lowest_rad, self.scale.highest_rad);
-            let inside = |part: &f64| [low + part * (high - low), high - part * (high - low)];
-            return Some(INSIDE.iter().flat_map(inside).collect());
-        }
-        // Where a node is, and how far from it the next one.
-        let of = |node: &Node| {
-            let node_s = self.records[node.record].node_s();
-            match kind {
-                Kind::Event => Some((node.time_s(self.records), node_s)),
-                Kind::Place => {
-                    let q = node.position_rad(self.records);
-                    let turn = std::f64::consts::TAU;
-                    let at = match self.scale.unit {
-                        Unit::Rotary => q - turn * (q / turn).round(),
-                        Unit::Linear => q,
-                    };
-                    Some((at, node_s * node.velocity_rad_s(self.records).abs()))
-                }
-                _ => None,
-            }
-        };
-        let mut largest: Vec<usize> = (0..self.nodes.len()).collect();
-        largest.sort_by(|&a, &b| rest[b].abs().total_cmp(&rest[a].abs()));
-        let mut found: Vec<(f64, f64)> = Vec::new();
-        for i in largest.into_iter().take(10 * MOMENTS) {
-            let (at, node) = of(&self.nodes[i])?;
-            if found
-                .iter()
-                .all(|other| (other.0 - at).abs() > NODES_APART * node)
-            {
-                found.push((at, node));
-            }
-        }
-        found.truncate(MOMENTS);
-        let beside = |(at, node): (f64, f64)| BESIDE_NODE.map(|part| at + part * node);
-        Some(found.into_iter().flat_map(beside).collect())
-    }
-
     /// The effect at these values, its size scaled to what fits best; an effect without a size as it is.
-    fn scaled(&self, entry: &'static Entry, mut values: Vec<f64>, scales: bool) -> Option<Start> {
+    pub(super) fn scaled(
+        &self,
+        entry: &'static Entry,
+        mut values: Vec<f64>,
+        scales: bool,
+    ) -> Option<Start> {
         let change = self.beyond(&self.change(entry, &values, scales)?);
         let slope = change.dot(&self.rest());
         let square = change.norm_squared();
@@ -552,19 +386,7 @@ impl Background<'_> {
     }
 }
 
-/// Whether a size has a moment or place of its own: then it is a step of the position, in proportion to what it does.
-fn has_moment(entry: &Entry, size: usize) -> bool {
-    (0..entry.parameters.len()).any(|i| sudden(entry, i) == Some(size))
-}
-
-/// The size whose moment or place of a sudden change a parameter is.
-fn sudden(entry: &Entry, parameter: usize) -> Option<usize> {
-    let kind = entry.parameters[parameter].kind;
-    let sudden = matches!(kind, Kind::Event | Kind::Place);
-    sudden.then(|| size_before(entry, parameter)).flatten()
-}
-
-fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
+pub(super) fn levels([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| {
         let part = (i as f64 + 0.5) / count as f64;
         if low > 0.0 {
