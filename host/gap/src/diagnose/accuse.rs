@@ -306,8 +306,11 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
     }
     let base = search.score_of_all(&search.base);
     let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
+    // A step acts in few nodes: what it gains below what is open, over many, is no step.
+    let steps = |h: &Hypothesis| h.added[0].parameters.iter().any(|p| p.kind.is_of_step());
     let tells = |h: &&Hypothesis| {
         !of_noise(h)
+            && !steps(h)
             && h.is_credible(&search.base)
             && !h.ends_at_limit()
             && (brings_bristles(search, h) || !follows_acceleration(search, h))

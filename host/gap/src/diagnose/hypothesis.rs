@@ -4,7 +4,7 @@ use super::held_out::{held_out, precision};
 use super::likelihood::Noise;
 use super::regime::Node;
 use crate::inverse::{Fit, Free, Model, Owner, Record};
-use bristle_plant::effect::{Entry, Kind, Parameter};
+use bristle_plant::effect::{Entry, Kind};
 use nalgebra::{Cholesky, DVector};
 
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
@@ -146,13 +146,10 @@ impl Judge<'_> {
         model: Model,
         fit: Fit,
     ) -> Hypothesis {
-        let sudden = |p: &&Parameter| matches!(p.kind, Kind::Event | Kind::Place);
-        let sudden = added
-            .iter()
-            .flat_map(|entry| entry.parameters)
-            .filter(sudden);
+        let parameters = added.iter().flat_map(|entry| entry.parameters);
+        let steps = parameters.filter(|p| p.kind.is_of_step()).count();
         // One of as many moments or places as there are nodes.
-        let chosen = sudden.count() as f64 * (self.nodes.len() as f64).ln();
+        let chosen = steps as f64 * (self.nodes.len() as f64).ln();
         let mut hypothesis = Hypothesis {
             held_out: held_out(&model, &fit, self.weights, self.nodes),
             log_belief: log_belief(&model, &fit.at),

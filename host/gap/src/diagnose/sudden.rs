@@ -189,7 +189,6 @@ pub(super) fn has_moment(entry: &Entry, size: usize) -> bool {
 
 /// The size whose moment or place of a sudden change a parameter is.
 pub(super) fn sudden(entry: &Entry, parameter: usize) -> Option<usize> {
-    let kind = entry.parameters[parameter].kind;
-    let sudden = matches!(kind, Kind::Event | Kind::Place);
-    sudden.then(|| size_before(entry, parameter)).flatten()
+    let of_step = entry.parameters[parameter].kind.is_of_step();
+    of_step.then(|| size_before(entry, parameter)).flatten()
 }

@@ -83,6 +83,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Whether it is the moment or place of a step: the size before it is of that step.
+    pub const fn is_of_step(self) -> bool {
+        matches!(self, Self::Event | Self::Place)
+    }
+
     /// Whether it is a number that shapes the effect and has no scale of its own: anything but how much, waves, forms.
     pub const fn is_shape(self) -> bool {
         matches!(
