@@ -2,12 +2,12 @@
 
 use super::accuse::{
     ACCUSES, BY_EVIDENCE, EXPLAINS_ALL, FOREIGN, LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS,
-    OF_MOMENTS, SHARE, STANDS_FOR, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
-    UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, contribution, explained,
-    follows_acceleration,
+    OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS,
+    UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, contribution,
+    explained, follows_acceleration,
 };
 use super::ceiling;
-use super::hypothesis::{Hypothesis, is_predicted, of_noise};
+use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
 use super::left::Left;
 use super::play::springs;
 use super::regime::Regime;
@@ -82,12 +82,15 @@ impl<'a> Chosen<'a> {
             || of_moments && evidence > TIES.0;
         let takes = 1.0 - self.squares[1] / self.squares[0];
         let follows = follows_acceleration(search, best);
+        let steps = best.added.iter().any(|entry| makes_steps(entry));
+        let takes_enough = |least: f64| takes > if steps { STEPS_TAKE } else { least };
         let evident = evidence > BY_EVIDENCE.0
-            && takes > BY_EVIDENCE.1
+            && takes_enough(BY_EVIDENCE.1)
             && (best.added.iter().all(|entry| springs(entry)) || !follows);
         let (share, nats_of_all, least) = EXPLAINS_ALL;
-        let explains_all =
-            self.explained > share && evidence > nats_of_all && takes > least[usize::from(follows)];
+        let explains_all = self.explained > share
+            && evidence > nats_of_all
+            && takes_enough(least[usize::from(follows)]);
         let worsens = after > WORSENS * before;
         gain - nats > ACCUSES
             && (self.is_by_itself()

@@ -121,6 +121,11 @@ pub(super) fn is_predicted(entry: &Entry) -> bool {
     !NOISE_ONLY.contains(&entry.id)
 }
 
+/// Whether an effect makes steps of the position, at a moment or a place; they act in few nodes.
+pub(super) fn makes_steps(entry: &Entry) -> bool {
+    entry.parameters.iter().any(|p| p.kind.is_of_step())
+}
+
 /// Whether nothing but noise was added.
 pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
     hypothesis.added.iter().all(|entry| !is_predicted(entry))
