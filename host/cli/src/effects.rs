@@ -169,6 +169,7 @@ record. Of a model with bristles an effect changes the level that they slide at;
 | zero | place where the effect is zero |
 | shape | times, speeds, exponents |
 | form | one of two forms: the lowest or the highest value |
+| side | on which side of its place it is: the lowest or the highest value |
 | seed | of random numbers |
 
 Usual ranges are priors, not limits; they follow from the size of the axis, here `axes/bench.toml` and `axes/emps.toml`
