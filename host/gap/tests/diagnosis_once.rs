@@ -3,17 +3,12 @@
 
 mod trials;
 
-use bristle_gap::Believed;
-use bristle_gap::diagnose::{Kind, Options, diagnose};
-use bristle_gap::trial::{Wanted, draw};
-use trials::{diagnosed, drawn};
+use bristle_gap::diagnose::{Kind, catalogue};
+use bristle_gap::trial::Trial;
+use trials::{diagnosed, drawn, drawn_with};
 
-#[test]
-fn a_stop_that_was_hit_once_is_named() {
-    // Two nodes of one log, 65 times what is open there.
-    let there = "mechanics.end_stop";
-    let accused = [there, "friction.load", "mechanics.compliance"];
-    let said = diagnosed(&drawn(11925, &[there]), &accused).verdict;
+fn names_alone(trial: &Trial, accused: &[&str], there: &str) {
+    let said = diagnosed(trial, accused).verdict;
     assert_eq!(
         (said.kind, said.effects),
         (Kind::Effect, vec![there.to_string()])
@@ -21,21 +16,17 @@ fn a_stop_that_was_hit_once_is_named() {
 }
 
 #[test]
+fn a_stop_that_was_hit_once_is_named() {
+    // Two nodes of one log, 65 times what is open there.
+    let there = "mechanics.end_stop";
+    let accused = [there, "friction.load", "mechanics.compliance"];
+    names_alone(&drawn(11925, &[there]), &accused, there);
+}
+
+#[test]
 fn a_limit_is_kept_beside_what_gains_below_what_is_open() {
     // The limit cuts so little that nine effects gain more where a rest below what is open counts.
     let there = "actuator.saturation";
-    let wanted = Wanted {
-        effects: vec![there],
-        share: 1.0,
-        parameter_error: 0.1,
-    };
-    let trial = draw(11755, &wanted).unwrap().unwrap();
-    let believed = Believed::new(&trial.axis, &trial.path).unwrap();
-    let options = Options::default();
-    let outcome = diagnose(&trial.logs, &trial.axis, &believed, &options, &|_| ()).unwrap();
-    let said = outcome.diagnosis.verdict;
-    assert_eq!(
-        (said.kind, said.effects),
-        (Kind::Effect, vec![there.to_string()])
-    );
+    let all: Vec<&str> = catalogue().iter().map(|entry| entry.id).collect();
+    names_alone(&drawn_with(11755, &[there], 1.0), &all, there);
 }

@@ -1,7 +1,7 @@
 //! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
 use super::accuse::{ACCUSES, BELOW_OPEN_BESIDE, foremost, leaves_room};
-use super::candidate::{Background, Screened, Start};
+use super::candidate::{self, Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::no_worse;
@@ -135,7 +135,7 @@ impl Pairs<'_> {
         let mut screened = screen(background, &others, progress);
         for (entry, starts) in &mut screened {
             starts.extend(self.came_out(background, entry));
-            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            candidate::sort(starts);
         }
         by_promise(&mut screened);
         screened

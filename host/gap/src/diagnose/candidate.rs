@@ -56,6 +56,11 @@ impl Start {
     }
 }
 
+/// Sorts by what they promise, most first.
+pub(super) fn sort(starts: &mut [Start]) {
+    starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+}
+
 /// An effect, and where to start from, best first.
 pub(super) type Screened = (&'static Entry, Vec<Start>);
 

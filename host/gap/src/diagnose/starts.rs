@@ -1,9 +1,9 @@
 //! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest.
 
-use super::candidate::{Background, Start, hard_range, size_before};
+use super::candidate::{Background, Start, hard_range, size_before, sort};
 use super::screen::WORTH_A_FIT;
 use super::spectrum;
-use super::sudden::{has_moment, sudden};
+use super::sudden::{has_moment, step_as_tried, sudden};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind};
 use nalgebra::DVector;
@@ -61,7 +61,7 @@ impl Background<'_> {
             tried.collect()
         };
         starts.extend(tried(grid));
-        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        sort(&mut starts);
         if let Some(form) = place(Kind::Form) {
             let [other, _] = (entry.parameters[form].range)(self.scale);
             let of_other = |start: &Start| {
@@ -71,7 +71,7 @@ impl Background<'_> {
             };
             let best = starts.iter().take(OTHER_FORM).map(of_other).collect();
             starts.extend(tried(best));
-            starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            sort(&mut starts);
         }
         self.confirm(entry, &mut starts, scales);
         if let Some(best) = starts.first_mut() {
@@ -92,7 +92,7 @@ impl Background<'_> {
                 start.guessed = false;
             }
         });
-        starts.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        sort(starts);
     }
 
     /// An effect as it came out elsewhere, and what it promises here.
@@ -121,12 +121,15 @@ impl Background<'_> {
         for size in of(Kind::Size) {
             none[size] = 0.0;
         }
+        for form in of(Kind::Form) {
+            none[form] = range(form)[1];
+        }
         let mut grid: Vec<Vec<f64>> = of(Kind::Size)
             .flat_map(|size| {
                 let [low, high] = range(size);
                 let most = if high.abs() >= low.abs() { high } else { low };
                 let sizes: Vec<f64> = if has_moment(entry, size) {
-                    levels([low, high], SIZES).skip(SIZES - 1).collect()
+                    vec![step_as_tried([low, high])]
                 } else if low > 0.0 {
                     let sizes = ((high / low).ln() / IN_PROPORTION.ln()).ceil() as usize;
                     std::iter::once(low)
@@ -146,15 +149,13 @@ impl Background<'_> {
         if grid.is_empty() {
             grid.push(none);
         }
-        let shapes: Vec<usize> = of(Kind::Form)
-            .chain(of(Kind::Side))
+        let shapes: Vec<usize> = of(Kind::Side)
             .chain(of(Kind::Limit))
             .chain((0..parameters.len()).filter(|&i| parameters[i].kind.is_shape()))
             .collect();
         for shape in shapes {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
-                Kind::Form => vec![high],
                 Kind::Side => vec![low, high],
                 Kind::Limit if of(Kind::Limit).count() > 1 => levels([low, high], LIMITS).collect(),
                 Kind::Limit => {

@@ -1,5 +1,5 @@
-//! Sudden changes: where a moment or place of one may lie, and moving it to where it fits best. A fit cannot: the slope of a jump
-//! says nothing.
+//! Sudden changes: where a moment or place of one may lie, and moving it to where it fits best before a fit: the slope of a jump says
+//! nothing of where it is.
 
 use super::candidate::{Background, Start, hard_range, size_before};
 use super::regime::Node;
@@ -9,7 +9,7 @@ use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// Moments from which something may be different for good; a fit cannot move them.
+/// Moments from which something may be different for good.
 const STARTS_OF_CHANGE: usize = 16;
 /// A stop lies inside the travel by these parts of it: what it gives way by.
 const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
@@ -64,7 +64,7 @@ impl Background<'_> {
             let added = places.into_par_iter().filter_map(|at| {
                 let mut values = best.values.clone();
                 values[moment] = at;
-                values[size] = levels(usual, SIZES).last()?;
+                values[size] = step_as_tried(usual);
                 let change = self.beyond(&self.change(entry, &values, scales)?) - &so_far;
                 values[size] *= -change.dot(&rest) / change.norm_squared();
                 values[size] = values[size].clamp(range[0], range[1]);
@@ -75,10 +75,7 @@ impl Background<'_> {
                 })
             });
             let added: Vec<Start> = added.collect();
-            if let Some(better) = added.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-                && better.gain > best.gain
-            {
-                *best = better;
+            if take_best(best, added) {
                 let reach = self.between_moments(parameter.kind).unwrap_or_default();
                 self.settle(entry, best, moment, reach, scales);
             }
@@ -99,14 +96,10 @@ impl Background<'_> {
             self.scaled(entry, values, scales)
         });
         let found: Vec<Start> = starts.collect();
-        if let Some(better) = found.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
-            && better.gain > best.gain
-        {
-            *best = better;
-        }
+        take_best(best, found);
     }
 
-    /// How far from one that was tried the moment or place of a sudden change may lie; a fit cannot move it.
+    /// How far from one that was tried the moment or place of a sudden change may lie.
     fn between_moments(&self, kind: Kind) -> Option<f64> {
         let node_s = self
             .records
@@ -180,6 +173,21 @@ impl Background<'_> {
         let beside = |(at, node): (f64, f64)| BESIDE_NODE.map(|part| at + part * node);
         Some(found.into_iter().flat_map(beside).collect())
     }
+}
+
+/// Takes the best of these starts where it promises more; whether it does.
+fn take_best(best: &mut Start, others: Vec<Start>) -> bool {
+    let other = others.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+    let Some(better) = other.filter(|other| other.gain > best.gain) else {
+        return false;
+    };
+    *best = better;
+    true
+}
+
+/// The size of a step as it is tried, in proportion to which any other is.
+pub(super) fn step_as_tried(usual: [f64; 2]) -> f64 {
+    levels(usual, SIZES).last().unwrap_or(usual[1])
 }
 
 /// Whether a size has a moment or place of its own: then it is a step of the position, in proportion to what it does.

@@ -6,9 +6,14 @@ use bristle_gap::trial::{self, Trial, Wanted};
 
 /// The trial of a seed that has these effects, each with a gap 4 times the floor.
 pub fn drawn(seed: u64, effects: &[&'static str]) -> Trial {
+    drawn_with(seed, effects, 4.0)
+}
+
+/// The same with a gap so many times the floor.
+pub fn drawn_with(seed: u64, effects: &[&'static str], share: f64) -> Trial {
     let wanted = Wanted {
         effects: effects.to_vec(),
-        share: 4.0,
+        share,
         parameter_error: 0.1,
     };
     trial::draw(seed, &wanted).unwrap().unwrap()
