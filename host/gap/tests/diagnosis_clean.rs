@@ -45,11 +45,11 @@ fn friction_far_from_what_was_believed_is_parameters() {
     let moved = &outcome.verdict.moved;
     let coulomb = moved
         .iter()
-        .find(|(name, ..)| name == "coulomb_nm")
+        .find(|moved| moved.parameter == "coulomb_nm")
         .unwrap();
-    println!("F_C {:.5} N m", coulomb.2);
+    println!("F_C {:.5} N m", coulomb.after);
     // 0.0017 off; fitted with the noise of one fit alone it stays 0.014 off.
-    assert!((coulomb.2 / 0.0303 - 1.0).abs() < 0.005, "{coulomb:?}");
+    assert!((coulomb.after / 0.0303 - 1.0).abs() < 0.005, "{coulomb:?}");
 }
 
 #[test]

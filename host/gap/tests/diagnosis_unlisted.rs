@@ -42,3 +42,28 @@ fn noise_that_the_simulator_makes_of_its_own_records_is_no_gap() {
     // The effort's noise shakes bristles at 500 Hz: 3.7 times what is open were left over, and are of the simulator's own records.
     assert_eq!(verdict(9103, &[]), Kind::Parameters);
 }
+
+#[test]
+fn what_depends_on_speed_beside_a_near_relative_is_unknown() {
+    // Times of what is open say that next to nothing is left, but three fifths of it depend on the speed.
+    let trial = drawn(12262, &["friction.stribeck"]);
+    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
+    assert_eq!(said(&["friction.dwell"]).kind, Kind::Unknown);
+    let with_it = said(&["friction.dwell", "friction.stribeck"]);
+    assert_eq!(
+        (with_it.kind, &with_it.effects[..]),
+        (Kind::Effect, &["friction.stribeck".to_string()][..])
+    );
+}
+
+#[test]
+fn an_inertia_that_is_wrong_is_parameters_however_little_its_gap() {
+    // A fifteenth of the inertia, which leaves 1.02 times what is open.
+    let said = said(9450, &[]);
+    assert_eq!(said.verdict.kind, Kind::Parameters);
+    assert!(
+        said.moved
+            .iter()
+            .any(|moved| moved.parameter == "inertia_kg_m2")
+    );
+}

@@ -1,6 +1,7 @@
 //! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
 use super::accuse::{ACCUSES, BELOW_OPEN_BESIDE, foremost, leaves_room};
+use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::screen::{Tried, by_promise, fit_best, screen};
@@ -53,7 +54,10 @@ impl Pairs<'_> {
         let screened = if room {
             self.screened(&background, first, entries, progress)
         } else {
-            self.rivals(&background, ACCUSES, &first.ids())
+            let mut rivals = self.rivals(&background, ACCUSES, &first.ids());
+            rivals.extend(self.bristles(&background, entries, &rivals, first));
+            by_promise(&mut rivals);
+            rivals
         };
         let mut several = self.beside(first, &background, &screened)?;
         if of_noise(first) {
@@ -139,6 +143,26 @@ impl Pairs<'_> {
         }
         by_promise(&mut screened);
         screened
+    }
+
+    /// Bristles beside `first` that are no rivals: what they change where friction is static is below what is open, and alone they may be
+    /// hidden by what another effect leaves.
+    fn bristles(
+        &self,
+        background: &Background<'_>,
+        entries: &[&'static Entry],
+        rivals: &[Screened],
+        first: &Hypothesis,
+    ) -> Vec<Screened> {
+        let known = |entry: &Entry| {
+            first.ids().contains(&entry.id) || rivals.iter().any(|(rival, _)| rival.id == entry.id)
+        };
+        let asked: Vec<&'static Entry> = entries
+            .iter()
+            .copied()
+            .filter(|entry| is_bristles(&self.base.model, entry) && !known(entry))
+            .collect();
+        screen(background, &asked, &|_| ())
     }
 
     /// What does well alone beside `second`, in the place of `first`; the first one, too, for which another fit came out.

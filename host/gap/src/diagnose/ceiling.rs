@@ -7,6 +7,7 @@
 use super::closed::{Closed, closed};
 use super::regime::{FOLDS, Node, Regime};
 use super::tried::Search;
+use crate::inverse::Record;
 use crate::signal::{extent, rms};
 use bristle_plant::Unit;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -16,10 +17,12 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Waves of the black box.
-const WAVES: usize = 240;
-/// Most variables that a wave runs over.
-const TOGETHER: usize = 3;
+/// Waves of the black box, and most variables that one runs over.
+const WAVES: (usize, usize) = (240, 3);
+/// The same of what depends on one variable at a time while the axis slides.
+const WAVES_OF_ONE: (usize, usize) = (240, 1);
+/// Nodes while the axis slides that are taken as one: noise averages out in them, what depends on where an axis is and how it moves does not.
+const AVERAGED: [usize; 2] = [2, 4];
 /// Spread of the phase, rad, from one end of a variable to its middle.
 const STEEP: [f64; 2] = [0.5, 6.0];
 /// Waves a turn, or over the stroke of a linear axis.
@@ -29,90 +32,176 @@ const RIDGES: [f64; 6] = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
 
 /// The share of the gap of the refitted simulator that such a black box closes.
 pub fn ceiling(search: &Search) -> Closed {
-    closed(search, &left_over(search, &search.base.held_out))
+    closed(search, &left_over_of_all(search, &search.base.held_out))
 }
 
 /// Nats by which a black box does better than a rest as it is, on data that took no part.
 pub(super) fn gains(search: &Search, rest_nm: &[f64]) -> f64 {
     let density = |rest_nm: &[f64]| search.noise.log_density(&search.nodes, rest_nm);
-    density(&left_over(search, rest_nm)) - density(rest_nm)
+    density(&left_over_of_all(search, rest_nm)) - density(rest_nm)
 }
 
-/// What a black box leaves over of a rest, N m, each part of the data by what the others say; nodes that no one fits, and those at rest, as
-/// they are.
-fn left_over(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
-    let Search { nodes, weights, .. } = search;
-    let counts = |i: &usize| {
-        let node = &nodes[*i];
-        !node.excluded && node.regime != Regime::Rest && weights[*i] > 0.0
+/// Share of the squares of a rest while the axis slides, those of each record alike, that depends smoothly on one variable, on data that
+/// took no part: of noise, however coloured, nothing does.
+pub(super) fn depends_in_sliding(search: &Search, rest_nm: &[f64]) -> f64 {
+    AVERAGED
+        .into_iter()
+        .map(|averaged| {
+            let (nodes, rest_nm) = sliding(&search.nodes, rest_nm, averaged);
+            let weights = evenly(search.records.len(), &nodes, &rest_nm);
+            let seen = Seen {
+                search,
+                nodes: &nodes,
+                weights: &weights,
+            };
+            let left_over = seen.left_over(&rest_nm, WAVES_OF_ONE);
+            let squares = |rest: &[f64]| -> f64 {
+                rest.iter()
+                    .zip(&weights)
+                    .map(|(r, w)| (r * w).powi(2))
+                    .sum()
+            };
+            1.0 - squares(&left_over) / squares(&rest_nm).max(f64::MIN_POSITIVE)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The middles of so many nodes in a row while the axis slides, and the mean of a rest over them.
+fn sliding(nodes: &[Node], rest_nm: &[f64], averaged: usize) -> (Vec<Node>, Vec<f64>) {
+    let of = |node: &Node| {
+        (
+            node.record,
+            node.stretch,
+            node.fold,
+            node.counts_in_sliding(),
+        )
     };
-    let variables = Variables::new(search);
-    let waves = waves(variables.scaled.len(), search.scale.unit);
-    let folds: Vec<Fold> = (0..FOLDS)
-        .into_par_iter()
-        .map(|fold| {
-            let rows: Vec<usize> = (0..nodes.len())
-                .filter(|i| nodes[*i].fold == fold)
-                .filter(counts)
-                .collect();
-            let seen = DMatrix::from_fn(rows.len(), WAVES, |row, wave| {
-                weights[rows[row]] * variables.wave(&waves[wave], rows[row])
-            });
-            let rest =
-                DVector::from_iterator(rows.len(), rows.iter().map(|&i| weights[i] * rest_nm[i]));
-            Fold {
-                square: seen.tr_mul(&seen),
-                slope: seen.tr_mul(&rest),
-                rows,
-                seen,
-                rest,
-            }
-        })
-        .collect();
-    // For each part of the data and ridge what is left of the rest, weighted.
-    let left: Vec<Vec<DVector<f64>>> = (0..FOLDS)
-        .into_par_iter()
-        .map(|fold| {
-            let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
-            let mut square = DMatrix::zeros(WAVES, WAVES);
-            let mut slope = DVector::zeros(WAVES);
-            for (_, other) in others {
-                square += &other.square;
-                slope += &other.slope;
-            }
-            let here = &folds[fold];
-            RIDGES
-                .iter()
-                .map(|&ridge| {
-                    let mut square = square.clone();
-                    for i in 0..WAVES {
-                        square[(i, i)] += ridge;
-                    }
-                    match Cholesky::new(square) {
-                        Some(root) => &here.rest - &here.seen * root.solve(&slope),
-                        None => here.rest.clone(),
-                    }
-                })
-                .collect()
-        })
-        .collect();
-    let mut out = rest_nm.to_vec();
-    for (fold, here) in folds.iter().enumerate() {
-        // The ridge that does best on the other parts.
-        let squares = |ridge: usize| -> f64 {
-            let others = left.iter().enumerate().filter(|(at, _)| *at != fold);
-            others.map(|(_, left)| left[ridge].norm_squared()).sum()
-        };
-        let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
-        let unexplained: f64 = others.map(|(_, other)| other.rest.norm_squared()).sum();
-        let best = (0..RIDGES.len()).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
-        if let Some(best) = best.filter(|&best| squares(best) < unexplained) {
-            for (&i, left) in here.rows.iter().zip(left[fold][best].iter()) {
-                out[i] = left / weights[i];
+    let (mut middles, mut means) = (Vec::new(), Vec::new());
+    let mut from = 0;
+    for run in nodes.chunk_by(|one, next| of(one) == of(next)) {
+        if run[0].counts_in_sliding() {
+            let rest = &rest_nm[from..from + run.len()];
+            for (nodes, rest) in run.chunks_exact(averaged).zip(rest.chunks_exact(averaged)) {
+                middles.push(nodes[averaged / 2]);
+                means.push(rest.iter().sum::<f64>() / averaged as f64);
             }
         }
+        from += run.len();
     }
-    out
+    (middles, means)
+}
+
+/// Weights by which the rests of all records are alike.
+fn evenly(records: usize, nodes: &[Node], rest_nm: &[f64]) -> Vec<f64> {
+    let of = |place: usize| {
+        let here = nodes
+            .iter()
+            .zip(rest_nm)
+            .filter(|(node, _)| node.record == place);
+        rms(here.map(|(_, r)| *r)).max(f64::MIN_POSITIVE)
+    };
+    let spreads: Vec<f64> = (0..records).map(of).collect();
+    nodes
+        .iter()
+        .map(|node| 1.0 / spreads[node.record])
+        .collect()
+}
+
+/// What a black box leaves over of a rest, N m; nodes that no one fits, and those at rest, as they are.
+fn left_over_of_all(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
+    let seen = Seen {
+        search,
+        nodes: &search.nodes,
+        weights: &search.weights,
+    };
+    seen.left_over(rest_nm, WAVES)
+}
+
+/// Nodes that a black box sees, and how much each counts.
+struct Seen<'a> {
+    search: &'a Search,
+    nodes: &'a [Node],
+    weights: &'a [f64],
+}
+
+impl Seen<'_> {
+    /// What so many waves over so many variables leave over of a rest at each node, N m, each part of the data by what the others say.
+    fn left_over(&self, rest_nm: &[f64], waves: (usize, usize)) -> Vec<f64> {
+        let Self { nodes, weights, .. } = *self;
+        let counts = |i: &usize| {
+            let node = &nodes[*i];
+            !node.excluded && node.regime != Regime::Rest && weights[*i] > 0.0
+        };
+        let variables = Variables::new(self.search, nodes);
+        let waves = drawn(variables.scaled.len(), self.search.scale.unit, waves);
+        let folds: Vec<Fold> = (0..FOLDS)
+            .into_par_iter()
+            .map(|fold| {
+                let rows: Vec<usize> = (0..nodes.len())
+                    .filter(|i| nodes[*i].fold == fold)
+                    .filter(counts)
+                    .collect();
+                let seen = DMatrix::from_fn(rows.len(), waves.len(), |row, wave| {
+                    weights[rows[row]] * variables.wave(&waves[wave], rows[row])
+                });
+                let rest = DVector::from_iterator(
+                    rows.len(),
+                    rows.iter().map(|&i| weights[i] * rest_nm[i]),
+                );
+                Fold {
+                    square: seen.tr_mul(&seen),
+                    slope: seen.tr_mul(&rest),
+                    rows,
+                    seen,
+                    rest,
+                }
+            })
+            .collect();
+        // For each part of the data and ridge what is left of the rest, weighted.
+        let left: Vec<Vec<DVector<f64>>> = (0..FOLDS)
+            .into_par_iter()
+            .map(|fold| {
+                let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
+                let mut square = DMatrix::zeros(waves.len(), waves.len());
+                let mut slope = DVector::zeros(waves.len());
+                for (_, other) in others {
+                    square += &other.square;
+                    slope += &other.slope;
+                }
+                let here = &folds[fold];
+                RIDGES
+                    .iter()
+                    .map(|&ridge| {
+                        let mut square = square.clone();
+                        for i in 0..waves.len() {
+                            square[(i, i)] += ridge;
+                        }
+                        match Cholesky::new(square) {
+                            Some(root) => &here.rest - &here.seen * root.solve(&slope),
+                            None => here.rest.clone(),
+                        }
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut out = rest_nm.to_vec();
+        for (fold, here) in folds.iter().enumerate() {
+            // The ridge that does best on the other parts.
+            let squares = |ridge: usize| -> f64 {
+                let others = left.iter().enumerate().filter(|(at, _)| *at != fold);
+                others.map(|(_, left)| left[ridge].norm_squared()).sum()
+            };
+            let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
+            let unexplained: f64 = others.map(|(_, other)| other.rest.norm_squared()).sum();
+            let best = (0..RIDGES.len()).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
+            if let Some(best) = best.filter(|&best| squares(best) < unexplained) {
+                for (&i, left) in here.rows.iter().zip(left[fold][best].iter()) {
+                    out[i] = left / weights[i];
+                }
+            }
+        }
+        out
+    }
 }
 
 /// A part of the data: its nodes, waves at each, and the rest, all weighted.
@@ -131,17 +220,16 @@ struct Wave {
     slopes: Vec<(usize, f64)>,
 }
 
-/// Waves over so many variables and position.
-fn waves(variables: usize, unit: Unit) -> Vec<Wave> {
+/// So many waves, each over as many of these variables and position at most.
+fn drawn(variables: usize, unit: Unit, (waves, together): (usize, usize)) -> Vec<Wave> {
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let part = |random: &mut ChaCha8Rng| -> f64 { StandardUniform.sample(random) };
     let of = |[low, high]: [f64; 2], part: f64| low * f64::powf(high / low, part);
-    (0..WAVES)
+    (0..waves)
         .map(|k| {
             let phase = TAU * part(&mut random);
-            let together = 1 + k % TOGETHER;
             let mut chosen: Vec<usize> = Vec::new();
-            while chosen.len() < together {
+            while chosen.len() < 1 + k % together {
                 let variable = (part(&mut random) * (variables + 1) as f64) as usize;
                 if !chosen.contains(&variable) {
                     chosen.push(variable);
@@ -184,15 +272,10 @@ struct Variables {
 }
 
 impl Variables {
-    fn new(search: &Search) -> Self {
-        let Search {
-            records,
-            nodes,
-            scale,
-            ..
-        } = search;
+    fn new(search: &Search, nodes: &[Node]) -> Self {
+        let Search { records, scale, .. } = search;
         let over = |value: &dyn Fn(&Node) -> f64| -> Vec<f64> { nodes.iter().map(value).collect() };
-        let turned_s = turned(search);
+        let turned_s = turned(records, nodes);
         let position = over(&|node| node.position_rad(records));
         let velocity = over(&|node| node.velocity_rad_s(records));
         let acceleration = over(&|node| node.acceleration_rad_s2(records));
@@ -235,11 +318,11 @@ impl Variables {
 }
 
 /// Time since the axis last turned, or since the stretch began, s.
-fn turned(search: &Search) -> Vec<f64> {
-    let mut since_s = Vec::with_capacity(search.nodes.len());
+fn turned(records: &[Record], nodes: &[Node]) -> Vec<f64> {
+    let mut since_s = Vec::with_capacity(nodes.len());
     let mut last: Option<(usize, usize, f64, usize)> = None;
-    for node in &search.nodes {
-        let v = node.velocity_rad_s(&search.records);
+    for node in nodes {
+        let v = node.velocity_rad_s(records);
         let from = match last {
             Some((record, stretch, before, from))
                 if (record, stretch) == (node.record, node.stretch) =>
@@ -253,7 +336,7 @@ fn turned(search: &Search) -> Vec<f64> {
             _ => 0,
         };
         last = Some((node.record, node.stretch, v, from));
-        since_s.push((node.sample - from) as f64 * search.records[node.record].step_s);
+        since_s.push((node.sample - from) as f64 * records[node.record].step_s);
     }
     since_s
 }

@@ -1,8 +1,8 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, BY_EVIDENCE, EXPLAINS_ALL, FOREIGN, LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS,
-    OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS,
+    ACCUSES, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAVES_MOMENTS, LEAVES_OF_LITTLE,
+    MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS,
     UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, contribution,
     explained, follows_acceleration,
 };
@@ -103,11 +103,12 @@ impl<'a> Chosen<'a> {
             && self.given_contributes(self.times[1])
     }
 
-    /// Whether what the refit of the simulator's own parameters took away matters.
-    pub(super) fn refit_matters(&self) -> bool {
+    /// Whether what the refit of the simulator's own parameters took away matters, however little it is where it moved any that sliding tells.
+    pub(super) fn refit_matters(&self, by_sliding: bool) -> bool {
         let search = self.search;
         let as_given = search.noise.log_density(&search.nodes, &search.as_given);
-        search.base.score - as_given > ACCUSES && self.given_contributes(self.times[0])
+        search.base.score - as_given > ACCUSES
+            && (by_sliding || self.given_contributes(self.times[0]))
     }
 
     /// Whether the simulator as it stands leaves over that much more than `times` of what is open. What the method would leave over
@@ -145,11 +146,13 @@ impl<'a> Chosen<'a> {
             .into_iter()
             .zip(STANDS_FOR)
             .any(|(leaves, share)| leaves && (alone || self.explained < share));
-        let is_foreign =
-            || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
+        let rest = &self.best.held_out;
+        let is_foreign = || left.is_anything() && ceiling::gains(self.search, rest) > FOREIGN;
+        let depends = || alone && ceiling::depends_in_sliding(self.search, rest) > DEPENDS;
         // What noise of the sensor leaves is noise.
         let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
-        !beside_noise && !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign())
+        let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
+        !beside_noise && (stands || depends())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own.

@@ -20,6 +20,7 @@ mod locate;
 mod look_again;
 mod lost;
 mod maps;
+mod moved;
 mod next;
 mod null;
 mod own;

@@ -64,6 +64,11 @@ impl Node {
         (v[self.sample + 1] - v[self.sample - 1]) / (2.0 * record.step_s)
     }
 
+    /// Whether it counts, and the axis slides.
+    pub(super) fn counts_in_sliding(&self) -> bool {
+        !self.excluded && self.regime == Regime::Sliding
+    }
+
     /// Time of its middle since the start of its log, s.
     pub fn time_s(&self, records: &[Record]) -> f64 {
         let record = &records[self.record];

@@ -4,6 +4,7 @@ use super::ceiling::ceiling;
 use super::closed::{Closed, closed};
 use super::credit::credits;
 use super::locate::{self, Region};
+use super::moved::Moved;
 use super::reproduce::Reproduced;
 use super::tried::Search;
 use super::verdict::{Kind, Verdict, verdict};
@@ -132,19 +133,6 @@ pub struct Others {
     pub unknown: f64,
 }
 
-/// A parameter of the simulator that moved.
-#[derive(Clone, Debug, Serialize)]
-pub struct Moved {
-    /// Its name in the axis file.
-    pub parameter: String,
-    /// As the axis file has it.
-    pub before: f64,
-    /// As refitted.
-    pub after: f64,
-    /// Standard deviation of that.
-    pub deviation: f64,
-}
-
 impl Diagnosis {
     /// Takes the verdict back: the logs show nothing.
     pub(super) fn undecided(&mut self) {
@@ -215,16 +203,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
             parameters: verdict.parameters,
             unknown: verdict.unknown,
         },
-        moved: verdict
-            .moved
-            .iter()
-            .map(|(name, before, after, deviation)| Moved {
-                parameter: name.clone(),
-                before: *before,
-                after: *after,
-                deviation: *deviation,
-            })
-            .collect(),
+        moved: verdict.moved.clone(),
         reproduced: Vec::new(),
         notes: notes.into_iter().collect(),
         candidates,

@@ -104,6 +104,7 @@ impl Round {
                 single: &single,
             };
             several = pairs.search(&fitted, progress)?;
+            fit_bristles(ground, &self.own, &noise, &mut several)?;
             self.settle(ground, &noise, &mut several)?;
             let (Some(both), Some(first)) = (several.first(), single.first()) else {
                 break;

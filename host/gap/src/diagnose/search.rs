@@ -1,7 +1,7 @@
 //! The search: the simulator refitted, every effect against it, then effects beside the best one.
 
 use super::accuse::{
-    ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside,
+    ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside, best_pair,
     gain_below_open, leaves,
 };
 use super::fitted_noise::{noise_of, own_left_over};
@@ -204,6 +204,7 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .several
         .first()
         .into_iter()
+        .chain(best_pair(search, |pair| pair.is_credible(base)))
         .chain(beside)
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {

@@ -8,12 +8,11 @@
 
 use super::accuse::{LITTLE, UNKNOWN_MOMENTS, UNKNOWN_SLIDING};
 use super::chosen::Chosen;
-use super::held_out::spreads;
 use super::hypothesis::{Hypothesis, sort};
 use super::left::Left;
+use super::moved::{Moved, moved};
 use super::shares::{Shares, probability};
 use super::tried::Search;
-use crate::inverse::{Own, Owner};
 use serde::Serialize;
 
 /// What is concluded.
@@ -53,14 +52,11 @@ pub struct Verdict {
     pub parameters: f64,
     /// Probability that the effect is not in the catalogue.
     pub unknown: f64,
-    /// The simulator's parameters that moved, as (name, believed, refitted, standard deviation).
-    pub moved: Vec<(String, f64, f64, f64)>,
+    /// The simulator's parameters that moved.
+    pub moved: Vec<Moved>,
     /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
     pub rms_nm: [f64; 3],
 }
-
-/// A parameter moved if it moved by so many of its standard deviations and by this part of itself.
-const MOVED: (f64, f64) = (4.0, 0.02);
 
 /// Concludes.
 pub fn verdict(search: &Search) -> Verdict {
@@ -92,7 +88,8 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let best = small.first().copied().unwrap_or(chosen.best);
     let moved = moved(search);
-    let moved_matters = !moved.is_empty() && chosen.refit_matters();
+    let by_sliding = moved.iter().any(|moved| moved.by_sliding);
+    let moved_matters = !moved.is_empty() && chosen.refit_matters(by_sliding);
     let place_of = |h: &Hypothesis| ranked.iter().position(|other| other.ids() == h.ids());
 
     let (kind, named) = if left_unknown {
@@ -140,29 +137,4 @@ fn one_of(effects: usize) -> Kind {
     } else {
         Kind::Effect
     }
-}
-
-fn moved(search: &Search) -> Vec<(String, f64, f64, f64)> {
-    let model = &search.base.model;
-    let at = &search.base.fit.at;
-    let spreads = spreads(model, &search.base.fit);
-    model
-        .free
-        .iter()
-        .zip(at)
-        .zip(&spreads)
-        .filter(|((free, _), _)| free.owner != Owner::Own(Own::Skew))
-        .filter_map(|((free, &x), &spread)| {
-            let (before, after) = (free.start, free.value(x));
-            let far = (x - free.coordinate(before)).abs();
-            let relative = (after - before).abs() / before.abs().max(1e-300);
-            let deviation = if free.logarithmic {
-                spread * after
-            } else {
-                spread
-            };
-            (far > MOVED.0 * spread && relative > MOVED.1)
-                .then(|| (free.name.clone(), before, after, deviation))
-        })
-        .collect()
 }
