@@ -148,7 +148,10 @@ impl<'a> Chosen<'a> {
             .any(|(leaves, share)| leaves && (alone || self.explained < share));
         let rest = &self.best.held_out;
         let is_foreign = || left.is_anything() && ceiling::gains(self.search, rest) > FOREIGN;
-        let depends = || alone && ceiling::depends_in_sliding(self.search, rest) > DEPENDS;
+        let depends = || {
+            (alone || self.explained < STANDS_FOR[1])
+                && ceiling::depends_in_sliding(self.search, rest) > DEPENDS
+        };
         // What noise of the sensor leaves is noise.
         let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());

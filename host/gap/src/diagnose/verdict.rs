@@ -6,7 +6,8 @@
 //! method knows least of. What an effect explains is a share of the logarithm of that. A rest of few moments hardly moves that
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
-use super::accuse::{LITTLE, UNKNOWN_MOMENTS, UNKNOWN_SLIDING};
+use super::accuse::{DEPENDS, LITTLE, UNKNOWN_MOMENTS, UNKNOWN_SLIDING};
+use super::ceiling;
 use super::chosen::Chosen;
 use super::hypothesis::{Hypothesis, sort};
 use super::left::Left;
@@ -79,7 +80,9 @@ pub fn verdict(search: &Search) -> Verdict {
             || !accused
                 && (left.is_unexplained()
                     || left.moments > UNKNOWN_MOMENTS
-                    || left.much && left.rms_sliding() > UNKNOWN_SLIDING)
+                    || left.much && left.rms_sliding() > UNKNOWN_SLIDING
+                    || left.is_anything()
+                        && ceiling::depends_in_sliding(search, &base.held_out) > DEPENDS)
             || accused && chosen.stands_for_another(&left));
     let small = if left.much {
         Vec::new()
