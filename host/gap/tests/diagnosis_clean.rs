@@ -1,4 +1,4 @@
-//! Axes that lack nothing: what the diagnosis accuses there is its own doing.
+//! Axes that lack nothing, and logs without noise: what the diagnosis accuses there, or does not explain, is its own doing.
 
 mod common;
 
@@ -67,4 +67,35 @@ fn an_effect_gains_nothing_on_records_of_the_simulator_without_it() {
     assert_eq!(null.id, "mechanics.spring");
     assert!(null.nats < 2.0 + 45_f64.ln(), "{null:?}");
     assert!(gained > 10.0 * null.nats.max(10.0), "{gained} {null:?}");
+}
+
+#[test]
+fn what_the_method_leaves_of_logs_without_noise_stands_for_nothing() {
+    for (id, values) in [
+        (
+            "mechanics.spring",
+            &[("stiffness_nm_rad", 0.004), ("rest_rad", 0.0)][..],
+        ),
+        ("friction.quadratic", &[("drag_nm_s2_rad2", 2e-5)][..]),
+    ] {
+        let mut truth = axis();
+        truth.effects.push(effect(id, values));
+        let experiments = [
+            (Named::Ladder, 8.0),
+            (Named::Sine, 5.0),
+            (Named::Multisine, 5.0),
+        ];
+        let logs = logs_of(&truth, &experiments, 0.0);
+        let accused = [
+            "mechanics.spring",
+            "friction.quadratic",
+            "friction.stribeck",
+        ];
+        let said = diagnosed(&axis(), &logs, &accused).diagnosis.verdict;
+        assert_eq!(
+            (said.kind, &said.effects[..]),
+            (Kind::Effect, &[id.to_string()][..]),
+            "{id}"
+        );
+    }
 }

@@ -41,70 +41,88 @@ pub(super) fn gains(search: &Search, rest_nm: &[f64]) -> f64 {
     density(&left_over_of_all(search, rest_nm)) - density(rest_nm)
 }
 
-/// Share of the squares of a rest while the axis slides, those of each record alike, that depends smoothly on one variable, on data that
-/// took no part: of noise, however coloured, nothing does.
-pub(super) fn depends_in_sliding(search: &Search, rest_nm: &[f64]) -> f64 {
-    AVERAGED
-        .into_iter()
-        .map(|averaged| {
-            let (nodes, rest_nm) = sliding(&search.nodes, rest_nm, averaged);
-            let weights = evenly(search.records.len(), &nodes, &rest_nm);
-            let seen = Seen {
-                search,
-                nodes: &nodes,
-                weights: &weights,
-            };
-            let left_over = seen.left_over(&rest_nm, WAVES_OF_ONE);
-            let squares = |rest: &[f64]| -> f64 {
-                rest.iter()
-                    .zip(&weights)
-                    .map(|(r, w)| (r * w).powi(2))
-                    .sum()
-            };
-            1.0 - squares(&left_over) / squares(&rest_nm).max(f64::MIN_POSITIVE)
-        })
-        .fold(0.0, f64::max)
+/// Whether what a hypothesis leaves over while the axis slides, in each record alike, depends smoothly on one variable, on data that took no
+/// part: by more than a share of its squares, and than a share of the gap of the refitted simulator. Of noise, however coloured, nothing
+/// does; what the method leaves over may, where noise does not hide it.
+pub(super) fn depends_in_sliding(
+    search: &Search,
+    rest_nm: &[f64],
+    [of_rest, of_gap]: [f64; 2],
+) -> bool {
+    AVERAGED.into_iter().any(|averaged| {
+        let while_sliding = |rest_nm| Averaged::new(&search.nodes, rest_nm, averaged);
+        let rest = while_sliding(rest_nm);
+        let weights = rest.weights(search.records.len());
+        let squares = rest.squares(&weights);
+        let left_over = rest.left_over(search, &weights);
+        let depends = squares - left_over.squares(&weights);
+        depends > of_rest * squares
+            && depends > of_gap * of_gap * while_sliding(&search.base.held_out).squares(&weights)
+    })
 }
 
-/// The middles of so many nodes in a row while the axis slides, and the mean of a rest over them.
-fn sliding(nodes: &[Node], rest_nm: &[f64], averaged: usize) -> (Vec<Node>, Vec<f64>) {
-    let of = |node: &Node| {
-        (
-            node.record,
-            node.stretch,
-            node.fold,
-            node.counts_in_sliding(),
-        )
-    };
-    let (mut middles, mut means) = (Vec::new(), Vec::new());
-    let mut from = 0;
-    for run in nodes.chunk_by(|one, next| of(one) == of(next)) {
-        if run[0].counts_in_sliding() {
-            let rest = &rest_nm[from..from + run.len()];
-            for (nodes, rest) in run.chunks_exact(averaged).zip(rest.chunks_exact(averaged)) {
-                middles.push(nodes[averaged / 2]);
-                means.push(rest.iter().sum::<f64>() / averaged as f64);
+/// A rest while the axis slides, so many nodes in a row taken as one.
+struct Averaged {
+    /// Their middles.
+    nodes: Vec<Node>,
+    /// Mean over them, N m.
+    rest_nm: Vec<f64>,
+}
+
+impl Averaged {
+    fn new(nodes: &[Node], rest_nm: &[f64], averaged: usize) -> Self {
+        let of = |node: &Node| {
+            let slides = node.counts_in_sliding();
+            (node.record, node.stretch, node.fold, slides)
+        };
+        let (mut middles, mut means) = (Vec::new(), Vec::new());
+        let mut from = 0;
+        for run in nodes.chunk_by(|one, next| of(one) == of(next)) {
+            if run[0].counts_in_sliding() {
+                let rest = &rest_nm[from..from + run.len()];
+                for (nodes, rest) in run.chunks_exact(averaged).zip(rest.chunks_exact(averaged)) {
+                    middles.push(nodes[averaged / 2]);
+                    means.push(rest.iter().sum::<f64>() / averaged as f64);
+                }
             }
+            from += run.len();
         }
-        from += run.len();
+        Self {
+            nodes: middles,
+            rest_nm: means,
+        }
     }
-    (middles, means)
-}
 
-/// Weights by which the rests of all records are alike.
-fn evenly(records: usize, nodes: &[Node], rest_nm: &[f64]) -> Vec<f64> {
-    let of = |place: usize| {
-        let here = nodes
-            .iter()
-            .zip(rest_nm)
-            .filter(|(node, _)| node.record == place);
-        rms(here.map(|(_, r)| *r)).max(f64::MIN_POSITIVE)
-    };
-    let spreads: Vec<f64> = (0..records).map(of).collect();
-    nodes
-        .iter()
-        .map(|node| 1.0 / spreads[node.record])
-        .collect()
+    /// By which the rests of so many records are alike.
+    fn weights(&self, records: usize) -> Vec<f64> {
+        let spread_nm = |place: usize| {
+            let here = self.nodes.iter().zip(&self.rest_nm);
+            let here = here.filter(|(node, _)| node.record == place);
+            rms(here.map(|(_, r)| *r)).max(f64::MIN_POSITIVE)
+        };
+        let spreads_nm: Vec<f64> = (0..records).map(spread_nm).collect();
+        let of = |node: &Node| 1.0 / spreads_nm[node.record];
+        self.nodes.iter().map(of).collect()
+    }
+
+    /// Weighted squares.
+    fn squares(&self, weights: &[f64]) -> f64 {
+        let weighted = self.rest_nm.iter().zip(weights).map(|(r, w)| r * w);
+        weighted.map(|r| r * r).sum()
+    }
+
+    /// What waves over one variable leave over.
+    fn left_over(&self, search: &Search, weights: &[f64]) -> Self {
+        let seen = Seen {
+            search,
+            nodes: &self.nodes,
+            weights,
+        };
+        Self {
+            nodes: self.nodes.clone(),
+            rest_nm: seen.left_over(&self.rest_nm, WAVES_OF_ONE),
+        }
+    }
 }
 
 /// What a black box leaves over of a rest, N m; nodes that no one fits, and those at rest, as they are.

@@ -146,11 +146,11 @@ impl<'a> Chosen<'a> {
             .into_iter()
             .zip(STANDS_FOR)
             .any(|(leaves, share)| leaves && (alone || self.explained < share));
-        let rest = &self.best.held_out;
-        let is_foreign = || left.is_anything() && ceiling::gains(self.search, rest) > FOREIGN;
+        let is_foreign =
+            || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
         let depends = || {
             (alone || self.explained < STANDS_FOR[1])
-                && ceiling::depends_in_sliding(self.search, rest) > DEPENDS
+                && ceiling::depends_in_sliding(self.search, &self.best.held_out, DEPENDS)
         };
         // What noise of the sensor leaves is noise.
         let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));

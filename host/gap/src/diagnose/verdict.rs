@@ -82,7 +82,7 @@ pub fn verdict(search: &Search) -> Verdict {
                     || left.moments > UNKNOWN_MOMENTS
                     || left.much && left.rms_sliding() > UNKNOWN_SLIDING
                     || left.is_anything()
-                        && ceiling::depends_in_sliding(search, &base.held_out) > DEPENDS)
+                        && ceiling::depends_in_sliding(search, &base.held_out, DEPENDS))
             || accused && chosen.stands_for_another(&left));
     let small = if left.much {
         Vec::new()
