@@ -44,6 +44,12 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
+/// Sum of squares, each value times its weight.
+pub fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
+    let weighted = values.iter().zip(weights);
+    weighted.map(|(x, w)| (x * w).powi(2)).sum()
+}
+
 /// The least and the greatest; nothing leaves the greatest below the least.
 pub fn extent(values: &[f64]) -> (f64, f64) {
     values

@@ -1,5 +1,5 @@
-//! What acts once in all logs is named, though no other part of the data tells of it; what acts in few moments, though others gain more below
-//! what is open, or it takes few squares beside another.
+//! What acts once in all logs is named, though no other part of the data tells of it; what cuts few moments, though others gain more below
+//! what is open.
 
 mod trials;
 
@@ -29,19 +29,4 @@ fn a_limit_is_kept_beside_what_gains_below_what_is_open() {
     let there = "actuator.saturation";
     let all: Vec<&str> = catalogue().iter().map(|entry| entry.id).collect();
     names_alone(&drawn_with(11755, &[there], 1.0), &all, there);
-}
-
-#[test]
-fn what_clears_few_moments_beside_another_effect_is_named() {
-    // Beside the bristles the Stribeck curve takes a ninth of the squares, but all that few moments keep, 1.8 times what is open.
-    let truth = ["friction.nonlocal", "friction.stribeck"];
-    let accused = [&truth[..], &["friction.dwell", "friction.load"]].concat();
-    let said = diagnosed(&drawn(12227, &truth), &accused).verdict;
-    assert_eq!(said.kind, Kind::Effects, "{said:?}");
-    assert!(
-        truth
-            .iter()
-            .all(|id| said.effects.iter().any(|one| one == id)),
-        "{said:?}"
-    );
 }

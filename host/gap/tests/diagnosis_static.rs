@@ -35,19 +35,3 @@ fn bristles_that_are_missing_are_named_and_told_apart() {
         );
     }
 }
-
-#[test]
-fn bristles_are_found_beside_an_effect_that_explains_all_above_what_is_open() {
-    // Alone they are hidden by the cogging, and beside it they gain below what is open only.
-    let truth = ["friction.presliding", "actuator.cogging"];
-    let trial = drawn(12229, &truth);
-    let accused = [&truth[..], &["friction.dwell", "mechanics.offset"]].concat();
-    let said = diagnosed(&trial, &accused).verdict;
-    assert_eq!(said.kind, Kind::Effects, "{said:?}");
-    assert!(
-        truth
-            .iter()
-            .all(|id| said.effects.iter().any(|one| one == id)),
-        "{said:?}"
-    );
-}

@@ -385,17 +385,13 @@ pub(super) fn below_open(search: &Search) -> Vec<&Hypothesis> {
     let Some(&(best, most)) = found.first() else {
         return Vec::new();
     };
-    if brings_bristles(search, best) {
-        let gains = |(h, nats): &&(&Hypothesis, f64)| {
-            brings_bristles(search, h) && *nats > PLAIN_BRISTLES * most
-        };
-        let plain = found.iter().filter(gains);
-        let plain = plain.min_by_key(|(h, _)| h.model.free.len());
-        if let Some(&(plain, _)) = plain
-            && plain.model.free.len() < best.model.free.len()
-        {
-            return vec![plain];
-        }
+    let plainer = |(h, nats): &&(&Hypothesis, f64)| {
+        [best, *h].iter().all(|h| brings_bristles(search, h))
+            && h.model.free.len() < best.model.free.len()
+            && *nats > PLAIN_BRISTLES * most
+    };
+    if let Some(&(plain, _)) = found.iter().find(plainer) {
+        return vec![plain];
     }
     found.retain(|(_, nats)| *nats >= most - TIES_BELOW_OPEN);
     found.into_iter().map(|(h, _)| h).collect()

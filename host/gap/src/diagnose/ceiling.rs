@@ -8,7 +8,7 @@ use super::closed::{Closed, closed};
 use super::regime::{FOLDS, Node, Regime};
 use super::tried::Search;
 use crate::inverse::Record;
-use crate::signal::{extent, rms};
+use crate::signal::{extent, rms, weighted_squares};
 use bristle_plant::Unit;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -53,11 +53,16 @@ pub(super) fn depends_in_sliding(
         let while_sliding = |rest_nm| Averaged::new(&search.nodes, rest_nm, averaged);
         let rest = while_sliding(rest_nm);
         let weights = rest.weights(search.records.len());
-        let squares = rest.squares(&weights);
-        let left_over = rest.left_over(search, &weights);
-        let depends = squares - left_over.squares(&weights);
-        depends > of_rest * squares
-            && depends > of_gap * of_gap * while_sliding(&search.base.held_out).squares(&weights)
+        let squares = |rest_nm: &[f64]| weighted_squares(rest_nm, &weights);
+        let seen = Seen {
+            search,
+            nodes: &rest.nodes,
+            weights: &weights,
+        };
+        let all = squares(&rest.rest_nm);
+        let depends = all - squares(&seen.left_over(&rest.rest_nm, WAVES_OF_ONE));
+        let gap = || squares(&while_sliding(&search.base.held_out).rest_nm);
+        depends > of_rest * all && depends > of_gap * of_gap * gap()
     })
 }
 
@@ -103,25 +108,6 @@ impl Averaged {
         let spreads_nm: Vec<f64> = (0..records).map(spread_nm).collect();
         let of = |node: &Node| 1.0 / spreads_nm[node.record];
         self.nodes.iter().map(of).collect()
-    }
-
-    /// Weighted squares.
-    fn squares(&self, weights: &[f64]) -> f64 {
-        let weighted = self.rest_nm.iter().zip(weights).map(|(r, w)| r * w);
-        weighted.map(|r| r * r).sum()
-    }
-
-    /// What waves over one variable leave over.
-    fn left_over(&self, search: &Search, weights: &[f64]) -> Self {
-        let seen = Seen {
-            search,
-            nodes: &self.nodes,
-            weights,
-        };
-        Self {
-            nodes: self.nodes.clone(),
-            rest_nm: seen.left_over(&self.rest_nm, WAVES_OF_ONE),
-        }
     }
 }
 

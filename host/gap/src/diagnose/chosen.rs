@@ -9,6 +9,7 @@ use super::accuse::{
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
 use super::left::Left;
+use super::moved::Moved;
 use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
@@ -103,11 +104,14 @@ impl<'a> Chosen<'a> {
             && self.given_contributes(self.times[1])
     }
 
-    /// Whether what the refit of the simulator's own parameters took away matters, however little it is where it moved any that sliding tells.
-    pub(super) fn refit_matters(&self, by_sliding: bool) -> bool {
+    /// Whether what the refit took away by what it moved of the simulator's own parameters matters, however little it is where sliding tells any
+    /// of them.
+    pub(super) fn refit_matters(&self, moved: &[Moved]) -> bool {
         let search = self.search;
+        let by_sliding = moved.iter().any(|moved| moved.by_sliding);
         let as_given = search.noise.log_density(&search.nodes, &search.as_given);
-        search.base.score - as_given > ACCUSES
+        !moved.is_empty()
+            && search.base.score - as_given > ACCUSES
             && (by_sliding || self.given_contributes(self.times[0]))
     }
 
@@ -138,6 +142,7 @@ impl<'a> Chosen<'a> {
         let (of_little, share) = LEAVES_OF_LITTLE;
         let is_unexplained =
             left.is_unexplained() || alone && self.explained < share && left.is_beyond(of_little);
+        let named_below = |share: f64| alone || self.explained < share;
         let of_all =
             (is_unexplained || left.rms_sliding() > UNKNOWN_SLIDING) && !self.has_free_order();
         let of_moments =
@@ -145,11 +150,11 @@ impl<'a> Chosen<'a> {
         let leaves = [of_all, of_moments]
             .into_iter()
             .zip(STANDS_FOR)
-            .any(|(leaves, share)| leaves && (alone || self.explained < share));
+            .any(|(leaves, share)| leaves && named_below(share));
         let is_foreign =
             || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
         let depends = || {
-            (alone || self.explained < STANDS_FOR[1])
+            named_below(STANDS_FOR[1])
                 && ceiling::depends_in_sliding(self.search, &self.best.held_out, DEPENDS)
         };
         // What noise of the sensor leaves is noise.

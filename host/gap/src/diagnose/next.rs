@@ -15,6 +15,7 @@ use crate::experiments::Named;
 use crate::inverse::{Model, Record, fit};
 use crate::plan::{Plan, Step, travel_limit_rad};
 use crate::signal::rms;
+use crate::signal::weighted_squares;
 use crate::simulate::{Input, simulate};
 use rayon::prelude::*;
 use std::path::Path;
@@ -188,12 +189,8 @@ fn separation(
     let records = [record];
     let weights = vec![INDEPENDENT.sqrt() / noise_nm; records[0].nodes()];
     let own = after(true_one);
-    let right: f64 = own
-        .left_over(&records, &true_one.fit.at)?
-        .iter()
-        .zip(&weights)
-        .map(|(r, w)| (r * w).powi(2))
-        .sum();
+    let rest = own.left_over(&records, &true_one.fit.at)?;
+    let right = weighted_squares(&rest, &weights);
     let wrong = fit(&after(other), &records, &weights, other.fit.at.clone())?;
     Ok(Some(0.5 * (wrong.cost - right).max(0.0)))
 }

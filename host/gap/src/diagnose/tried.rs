@@ -6,6 +6,7 @@ use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::Node;
 use crate::inverse::Record;
+use crate::signal::weighted_squares;
 use bristle_plant::effect::{Entry, Scale};
 use std::sync::Arc;
 
@@ -51,8 +52,7 @@ impl Search {
 
     /// Squares of what a hypothesis leaves over of data that took no part, as a fit weighs them.
     pub(super) fn weighted_squares(&self, hypothesis: &Hypothesis) -> f64 {
-        let rest = hypothesis.held_out.iter().zip(&self.weights);
-        rest.map(|(r, w)| (r * w).powi(2)).sum()
+        weighted_squares(&hypothesis.held_out, &self.weights)
     }
 
     /// The score of a hypothesis where a rest below what is open counts, too.

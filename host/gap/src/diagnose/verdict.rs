@@ -91,8 +91,7 @@ pub fn verdict(search: &Search) -> Verdict {
     };
     let best = small.first().copied().unwrap_or(chosen.best);
     let moved = moved(search);
-    let by_sliding = moved.iter().any(|moved| moved.by_sliding);
-    let moved_matters = !moved.is_empty() && chosen.refit_matters(by_sliding);
+    let moved_matters = chosen.refit_matters(&moved);
     let place_of = |h: &Hypothesis| ranked.iter().position(|other| other.ids() == h.ids());
 
     let (kind, named) = if left_unknown {

@@ -8,6 +8,7 @@ use crate::diagnose::{Background, Node, Noise, nodes};
 use crate::error::InputError;
 use crate::inverse::{self, Fit, Free, Model, Own, Owner, Point, Record, scale};
 use crate::signal::rms;
+use crate::signal::weighted_squares;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Scale};
 use nalgebra::DMatrix;
@@ -200,12 +201,7 @@ impl Joint {
                     data,
                 );
                 let rest = model.left_over(&data.records, &model.start())?;
-                let cost: f64 = rest
-                    .iter()
-                    .zip(&data.weights)
-                    .map(|(r, w)| (r * w).powi(2))
-                    .sum();
-                Ok((cost, model))
+                Ok((weighted_squares(&rest, &data.weights), model))
             })
             .collect::<Result<Vec<_>, InputError>>()?;
         let starts = most_promising(models, search).into_iter();

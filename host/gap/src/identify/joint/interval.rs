@@ -9,6 +9,7 @@ use super::fit::{Data, Joint};
 use super::twin::Bias;
 use crate::identify::Verdict;
 use crate::inverse::{self, Own, Owner};
+use crate::signal::weighted_squares;
 use rayon::prelude::*;
 
 /// Half of a normal interval at [`LEVEL`](crate::identify::LEVEL), in standard deviations.
@@ -214,13 +215,9 @@ fn advice(owner: Owner, data: &Data, joint: &Joint) -> String {
 /// Sum of squares of the weighted rest alone.
 fn misfit(data: &Data, joint: &Joint, at: &[f64]) -> f64 {
     match joint.model.left_over(&data.records, at) {
-        Ok(rest) => squares(&rest, &data.weights),
+        Ok(rest) => weighted_squares(&rest, &data.weights),
         Err(_) => f64::INFINITY,
     }
-}
-
-fn squares(rest: &[f64], weights: &[f64]) -> f64 {
-    rest.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum()
 }
 
 /// Rise of the misfit that ends an interval: as on a parabola whose interval is that of the robust covariance.
@@ -231,7 +228,7 @@ fn rise(covariance: &Covariance, i: usize) -> f64 {
 /// Whether the misfit at both ends, the others moved along, is what a parabola has there.
 fn is_parabola(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, half: f64) -> bool {
     let free = &joint.model.free[i];
-    let base = squares(&joint.fit.left_over, &data.weights);
+    let base = weighted_squares(&joint.fit.left_over, &data.weights);
     let expected = rise(covariance, i);
     [-half, half].into_iter().all(|shift| {
         let target = joint.fit.at[i] + shift;
@@ -253,7 +250,7 @@ fn is_parabola(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, ha
 fn profile(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, side: f64) -> f64 {
     let free = &joint.model.free[i];
     let end = free.coordinate(free.range[usize::from(side > 0.0)]);
-    let base = squares(&joint.fit.left_over, &data.weights);
+    let base = weighted_squares(&joint.fit.left_over, &data.weights);
     let wanted = rise(covariance, i);
     let centre = joint.fit.at[i];
     let mut at = joint.fit.at.clone();
@@ -266,7 +263,7 @@ fn profile(data: &Data, joint: &Joint, covariance: &Covariance, i: usize, side: 
         match inverse::fit_alone(&model, &data.records, &data.weights, at.clone()) {
             Ok(fit) => {
                 at.clone_from(&fit.at);
-                squares(&fit.left_over, &data.weights) - base
+                weighted_squares(&fit.left_over, &data.weights) - base
             }
             Err(_) => f64::INFINITY,
         }
