@@ -5,6 +5,7 @@ mod common;
 use bristle_gap::AxisFile;
 use bristle_gap::diagnose::Kind;
 use bristle_gap::experiments::Named;
+use bristle_gap::trial::{self, Wanted};
 use common::{diagnosed, effect, logs_of};
 use std::path::Path;
 
@@ -98,4 +99,24 @@ fn what_the_method_leaves_of_logs_without_noise_stands_for_nothing() {
             "{id}"
         );
     }
+}
+
+#[test]
+fn noise_of_an_effort_of_zero_is_no_dead_zone() {
+    // Rests with an effort of zero: a dead zone of three standard deviations that passes the rest takes off its noise, and gains some 200 nats.
+    let clean = Wanted {
+        effects: Vec::new(),
+        share: 1.0,
+        parameter_error: 0.0,
+    };
+    let trial = trial::draw(9642, &clean).unwrap().unwrap();
+    let said = diagnosed(&trial.axis, &trial.logs, &["actuator.deadzone"])
+        .diagnosis
+        .verdict;
+    assert_eq!(
+        (said.kind, said.effects),
+        (Kind::None, Vec::new()),
+        "{:?}",
+        said.probability
+    );
 }

@@ -1,10 +1,10 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAVES_MOMENTS,
-    LEAVES_OF_LITTLE, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE, TAKES_ALL_BUT, TIES,
-    TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles,
-    choose, contribution, explained, follows_acceleration,
+    ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
+    LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
+    below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
@@ -99,7 +99,9 @@ impl<'a> Chosen<'a> {
         let worsens = after > WORSENS * before;
         gain - nats > ACCUSES
             && (self.is_by_itself()
-                || !worsens && (self.spares() || explains || evident || explains_all))
+                || !worsens
+                    && evidence > LEAST_EVIDENCE
+                    && (self.spares() || explains || evident || explains_all))
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.

@@ -10,6 +10,13 @@ use nalgebra::{Cholesky, DVector};
 /// Effects that make noise only: their torque cannot be predicted, so positions are asked instead.
 const NOISE_ONLY: [&str; 2] = ["sensor.quantization", "sensor.jitter"];
 
+/// A dead zone, and its parameters: half its width, and the share of that by which it jumps at its end.
+const DEAD_ZONE: (&str, usize, usize) = ("actuator.deadzone", 0, 1);
+/// Share from which it loses nothing beyond its end.
+const WHOLE: f64 = 0.9;
+/// Standard deviations of the effort's noise that hardly any sample is beyond.
+const NOISE_ENDS: f64 = 4.0;
+
 /// Nats of belief in the simulator's own parameters that an effect may cost. Of opened cases right answers cost 2 at most, an effect
 /// that was not there 109.
 const STRAINS: f64 = 30.0;
@@ -69,6 +76,27 @@ impl Hypothesis {
         fitted.any(|(free, &x)| {
             let value = free.value(x);
             matches!(free.owner, Owner::Effect(..)) && free.range.contains(&value)
+        })
+    }
+
+    /// Whether it takes the noise off an effort of zero instead of a torque: a dead zone as narrow as that noise, beyond which all of the effort
+    /// arrives.
+    pub(super) fn takes_noise_off(&self, records: &[Record]) -> bool {
+        let (id, width, jump) = DEAD_ZONE;
+        let noises_nm = records
+            .iter()
+            .map(|record| record.effort_noise_nm * (record.averaged as f64).sqrt());
+        let noise_nm = noises_nm.fold(f64::INFINITY, f64::min);
+        let value = |of: Owner| {
+            let mut fitted = self.model.free.iter().zip(&self.fit.at);
+            let found = fitted.find(|(free, _)| free.owner == of);
+            found.map_or(0.0, |(free, &x)| free.value(x))
+        };
+        let mut effects = self.model.effects.iter().enumerate();
+        effects.any(|(at, added)| {
+            added.entry.id == id
+                && value(Owner::Effect(at, jump)) > WHOLE
+                && value(Owner::Effect(at, width)).abs() < NOISE_ENDS * noise_nm
         })
     }
 

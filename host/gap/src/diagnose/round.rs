@@ -92,6 +92,7 @@ impl Round {
         let unlisted_nats = unlisted.fold(0.0, f64::max);
         single.extend(listed);
         fit_bristles(ground, &self.own, &noise, &mut single)?;
+        single.retain(|one| !one.takes_noise_off(records));
         sort(&mut single);
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
         let mut several = Vec::new();
@@ -105,6 +106,7 @@ impl Round {
             };
             several = pairs.search(&fitted, progress)?;
             fit_bristles(ground, &self.own, &noise, &mut several)?;
+            several.retain(|both| !both.takes_noise_off(records));
             self.settle(ground, &noise, &mut several)?;
             let (Some(both), Some(first)) = (several.first(), single.first()) else {
                 break;
@@ -114,6 +116,7 @@ impl Round {
             }
             let mut better = pairs.each_alone(both)?;
             self.settle(ground, &noise, &mut better)?;
+            better.retain(|one| !one.takes_noise_off(records));
             let before = first.log_evidence();
             for alone in better {
                 single.retain(|h| h.added[0].id != alone.added[0].id);

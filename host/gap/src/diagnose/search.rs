@@ -2,7 +2,7 @@
 
 use super::accuse::{
     ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside, best_pair,
-    gain_below_open, leaves,
+    foremost, gain_below_open, leaves,
 };
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
@@ -196,10 +196,8 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .into_iter()
         .take(NULLS)
         .map(|(hypothesis, _)| hypothesis.added[0]);
-    let beside = search
-        .single
-        .first()
-        .and_then(|one| best_beside(search, one));
+    let foremost = foremost(&search.single, base);
+    let beside = foremost.and_then(|one| best_beside(search, one));
     let second = search
         .several
         .first()
@@ -208,7 +206,7 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .chain(beside)
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {
-            search.single.first().is_some_and(|one| {
+            foremost.is_some_and(|one| {
                 pair.score - one.score > LEAST_SECOND
                     || search.score_of_all(pair) - search.score_of_all(one) > BELOW_OPEN_BESIDE.0
             })
