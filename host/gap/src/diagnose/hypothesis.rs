@@ -83,20 +83,17 @@ impl Hypothesis {
     /// arrives.
     pub(super) fn takes_noise_off(&self, records: &[Record]) -> bool {
         let (id, width, jump) = DEAD_ZONE;
-        let noises_nm = records
-            .iter()
-            .map(|record| record.effort_noise_nm * (record.averaged as f64).sqrt());
+        // One of the axis file is no candidate.
+        if self.added.iter().all(|entry| entry.id != id) {
+            return false;
+        }
+        let noises_nm = records.iter().map(Record::sample_noise_nm);
         let noise_nm = noises_nm.fold(f64::INFINITY, f64::min);
-        let value = |of: Owner| {
-            let mut fitted = self.model.free.iter().zip(&self.fit.at);
-            let found = fitted.find(|(free, _)| free.owner == of);
-            found.map_or(0.0, |(free, &x)| free.value(x))
-        };
-        let mut effects = self.model.effects.iter().enumerate();
-        effects.any(|(at, added)| {
+        let point = self.model.at(&self.fit.at);
+        point.effects().iter().any(|added| {
             added.entry.id == id
-                && value(Owner::Effect(at, jump)) > WHOLE
-                && value(Owner::Effect(at, width)).abs() < NOISE_ENDS * noise_nm
+                && added.values[jump] > WHOLE
+                && added.values[width].abs() < NOISE_ENDS * noise_nm
         })
     }
 

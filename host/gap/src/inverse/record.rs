@@ -264,6 +264,11 @@ impl Record {
         self.rad_per_count / STILL_S
     }
 
+    /// Noise of effort of a sample before averaging, N m rms.
+    pub fn sample_noise_nm(&self) -> f64 {
+        self.effort_noise_nm * (self.averaged as f64).sqrt()
+    }
+
     /// Noise of a node from encoder, its clock and effort alone, N m rms, at an inertia and a speed.
     pub fn noise_nm(&self, inertia_kg_m2: f64, speed_rad_s: f64) -> f64 {
         let motion = self.inertia_noise_nm(inertia_kg_m2, speed_rad_s);

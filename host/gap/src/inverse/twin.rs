@@ -34,11 +34,10 @@ pub fn twins(
         .par_iter()
         .enumerate()
         .map(|(place, record)| {
-            let noise_nm = record.effort_noise_nm * (record.averaged as f64).sqrt();
             twin(
                 axis,
                 record,
-                noise_times * noise_nm,
+                noise_times * record.sample_noise_nm(),
                 first_seed + place as u64,
             )
         })
