@@ -171,6 +171,17 @@ impl Axis {
         self
     }
 
+    /// The same axis before its first sample, in at most so many steps a sample: a stiff effect may ask for more than
+    /// what it is simulated for tells apart.
+    #[must_use]
+    pub fn in_at_most(mut self, steps: u32) -> Self {
+        self.config.steps = self.config.steps.min(steps);
+        let step_s = self.config.sample_time_s / f64::from(self.config.steps);
+        self.keeps = self.drive.keeps(step_s);
+        self.still_felt = (-step_s / FELT_S).exp();
+        self
+    }
+
     /// What it is.
     pub fn config(&self) -> &AxisConfig {
         &self.config

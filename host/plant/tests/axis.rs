@@ -78,6 +78,38 @@ fn halving_the_step() {
 }
 
 #[test]
+fn in_fewer_steps_a_stiff_spring_turns_at_its_own_pace() {
+    // 10^4 rad/s at 1 kHz asks for 500 steps; in 50 a step turns it by a fifth of a rad.
+    let values = [("stiffness_nm_rad", 2.5246e-5 * 1e8), ("rest_rad", 0.0)];
+    let values: BTreeMap<String, f64> = values.map(|(n, x)| (n.to_string(), x)).into();
+    let swings = |most: u32| {
+        let spring = effect::build("mechanics.spring", &values, Unit::Rotary).unwrap();
+        let curve = Stribeck::constant(1e-12).unwrap();
+        let free = contact(ElastoPlastic::new(curve, 1e-6, 0.0, 0.0, 0.5).unwrap());
+        let slow = AxisConfig {
+            sample_time_s: 1e-3,
+            ..config(4)
+        };
+        let mut axis = Axis::new(slow, free, vec![spring])
+            .in_at_most(most)
+            .starting_at(1e-3, 0.0);
+        let positions_rad: Vec<f64> = (0..200)
+            .map(|_| {
+                axis.advance(0.0);
+                axis.truth().motion.position_rad
+            })
+            .collect();
+        (axis.config().steps, positions_rad)
+    };
+    let ((many, fine), (few, coarse)) = (swings(1000), swings(50));
+    assert_eq!((many, few), (500, 50));
+    // Symplectic: the swing of 1 mrad keeps its size to a quarter of the square of a fifth.
+    let largest = |swing: &[f64]| swing.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
+    assert!((largest(&fine) - 1e-3).abs() < 1e-5);
+    assert!((largest(&coarse) - 1e-3).abs() < 1e-5 + 1e-3 * 0.25 * 0.04);
+}
+
+#[test]
 fn positions_lag_no_torque_however_few_the_steps() {
     let curve = Stribeck::constant(1e-12).unwrap();
     let free = || contact(ElastoPlastic::new(curve, 1e-6, 0.0, 0.0, 0.5).unwrap());

@@ -18,6 +18,9 @@ use std::path::PathBuf;
 
 /// Bandwidth of what leads a twin along the measured motion, rad/s.
 const LEADS: f64 = 125.0;
+/// Steps in a sample at most. A stiff effect asks for up to a thousand, where a step moves its fastest rate by a fiftieth; with a fifth the
+/// axis stays with the motion, and a node sees the mean of many.
+const MOST_STEPS: u32 = 100;
 
 /// The records of such an axis, each along the longest stretch of one of these, its effort measured with so many times that
 /// one's noise; each with a seed of its own from the first on.
@@ -106,6 +109,7 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let inertia = axis.whole_inertia_kg_m2();
     let mut simulated = axis
         .axis(axis.model, step_s, Noise::default(), seed)?
+        .in_at_most(MOST_STEPS)
         .starting_at(position[0], velocity[0]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let coarser = record.rad_per_count > 1.01 * axis.rad_per_count();
