@@ -57,20 +57,6 @@ fn what_depends_on_speed_beside_a_near_relative_is_unknown() {
 }
 
 #[test]
-fn what_leaves_more_than_it_would_of_its_own_records_is_unknown() {
-    // An inertia that changes along the stroke leaves as much as is open, of which most is its own rest: nothing else has that noise.
-    let trial = drawn(12861, &["sensor.eccentricity"]);
-    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
-    let relative = "mechanics.inertia_change";
-    assert_eq!(said(&[relative]).kind, Kind::Unknown);
-    let with_it = said(&[relative, "sensor.eccentricity"]);
-    assert_eq!(
-        (with_it.kind, &with_it.effects[..]),
-        (Kind::Effect, &["sensor.eccentricity".to_string()][..])
-    );
-}
-
-#[test]
 fn an_inertia_that_is_wrong_is_parameters_however_little_its_gap() {
     // A fifteenth of the inertia, which leaves 1.02 times what is open.
     let said = said(9450, &[]);

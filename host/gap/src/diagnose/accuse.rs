@@ -36,7 +36,7 @@ pub(super) const SHARE: f64 = 0.25;
 pub(super) const OF_MOMENTS: f64 = 0.75;
 /// Nats that a second effect must gain beside the first, beyond what it gains where it is not; part of the weighted squares that it must take away, and times of
 /// what both take away that two may take away alone: beyond it they are one effect in two forms. Either much is gained above what
-/// is open, or most of the squares go, below it too, and there beyond what they do where it is not. True ones of opened cases were at 73, 0.30 and 1.23, or at 13, 0.45
+/// is open, or most of the squares go, below it too. True ones of opened cases were at 73, 0.30 and 1.23, or at 13, 0.45
 /// and 1.35, but for some; of 330 other cases four pass.
 const SECOND: [(f64, f64, f64); 2] = [(60.0, 0.26, 1.3), (LEAST_SECOND, 0.4, 1.4)];
 /// The fewest of these nats.
@@ -111,10 +111,6 @@ pub(super) const DEPENDS: [f64; 2] = [0.3, 0.04];
 /// Share of the gap from which an effect explains all that can be told, whatever the rest below what is open depends on: two that were there and left as
 /// much to it explained all of it, of opened cases whose effect was left out one explained 0.98.
 pub(super) const ALL_BUT_TELLS: f64 = 0.99;
-/// Times of what it would leave over of records of its own beyond which what is accused stands for something else, one effect and two. Of 61 trials
-/// with an effect that was named rightly none was beyond 1.17, of 25 with two none beyond 1.36; of six whose effect was left out and that were
-/// named something else three were at 1.24, 1.42 and 1.93.
-pub(super) const BEYOND_ITSELF: [f64; 2] = [1.2, 1.4];
 /// A null is one draw of what varies by as much as it is: of clean axes two gained 1.3 and 1.8 times their null.
 pub(super) const NULLS_VARY: f64 = 2.0;
 /// Part by which an effect may make the ratio of root-mean-squares in motion larger: it has taken the simulator to where few moments are wrong that were
@@ -219,10 +215,7 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
     let no_moments = of_single > least_moments && of_pair < MOMENTS[1] && !leaves(pair, NOTHING);
     let (least_nats, least) = SECOND_WHERE_MUCH_IS_LEFT;
     let apart = overlap < SECOND[0].2;
-    let [much_gained, squares_go] = SECOND;
-    asked(much_gained)
-        || asked(squares_go)
-            && second().all(|entry| beyond_null_of_all(search, single, pair, entry) > 0.0)
+    SECOND.into_iter().any(asked)
         || nats > least_nats
             && (apart && slides_off && takes > least
                 || of_moments && parts.is_none()
@@ -235,17 +228,6 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
         })
 }
 
-/// Nats that the second effect of a pair gains, what lies below what is open counted, beyond its null; beyond nothing where that was not asked.
-fn beyond_null_of_all(
-    search: &Search,
-    single: &Hypothesis,
-    pair: &Hypothesis,
-    second: &Entry,
-) -> f64 {
-    let null = search.null(second.id).map_or(0.0, Null::may_gain_of_all);
-    search.score_of_all(pair) - search.score_of_all(single) - null
-}
-
 /// Whether the second effect of a pair gains below what is open what an effect that is there does, or bristles beside friction that
 /// is static; where its null tells what it gains where it is not. `takes` is none where it explains nothing alone.
 fn gains_below_open(
@@ -255,10 +237,10 @@ fn gains_below_open(
     second: &Entry,
     takes: Option<f64>,
 ) -> bool {
-    if search.null(second.id).is_none() {
+    let Some(null) = search.null(second.id) else {
         return false;
-    }
-    let nats = beyond_null_of_all(search, single, pair, second);
+    };
+    let nats = search.score_of_all(pair) - search.score_of_all(single) - null.may_gain_of_all();
     let (least_nats, least) = BELOW_OPEN_BESIDE;
     // What grows with load follows errors of the motion.
     nats > least_nats && takes.is_some_and(|takes| takes > least) && !grows_with_load(second)

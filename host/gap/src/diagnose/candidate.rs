@@ -79,8 +79,8 @@ pub struct Background<'a> {
     /// The fit.
     pub fit: &'a Fit,
     basis: DMatrix<f64>,
-    /// Part of each record's effort that arrives.
-    arrives: Vec<f64>,
+    /// Part of the first record's effort that arrives.
+    arrives: f64,
     /// Friction of the model's contact along the motion, N m.
     friction_nm: Vec<f64>,
 }
@@ -105,12 +105,10 @@ impl<'a> Background<'a> {
         let rubbing = Rubbing::Kept(&mut friction_nm);
         // It could be followed when it was fitted.
         let _ = model.left_over_rubbing(records, &fit.at, rubbing);
-        let without = || vec![1.0; records.len()];
         let arrives = if model.effects.is_empty() {
-            without()
+            1.0
         } else {
-            let arrives = model.gains(records, &fit.at);
-            arrives.unwrap_or_else(|_| without())
+            model.gain(&records[0], &fit.at).unwrap_or(1.0)
         };
         Self {
             model,
@@ -171,8 +169,8 @@ impl<'a> Background<'a> {
         if entry.cuts() {
             return Ok(false);
         }
-        let gains = model.gains(&self.records[..1], at)?;
-        Ok((gains[0] - self.arrives[0]).abs() > CHANGES_GAIN)
+        let gain = model.gain(&self.records[0], at)?;
+        Ok((gain - self.arrives).abs() > CHANGES_GAIN)
     }
 
     /// Change of the weighted rest that an effect makes.
@@ -183,21 +181,11 @@ impl<'a> Background<'a> {
         scales_effort: bool,
     ) -> Option<DVector<f64>> {
         let mut model = self.with_values(entry, values);
-        model.scales_effort = scales_effort;
+        model.scales_effort |= scales_effort;
         let rubbing = Rubbing::Known(&self.friction_nm);
-        let mut rest = model
+        let rest = model
             .left_over_rubbing(self.records, &self.fit.at, rubbing)
             .ok()?;
-        // What it does not change is known.
-        if self.model.scales_effort && !scales_effort {
-            let mut rest = rest.as_mut_slice();
-            for (record, arrives) in self.records.iter().zip(&self.arrives) {
-                let of_record = rest.split_off_mut(..record.nodes()).unwrap_or_default();
-                for nm in of_record {
-                    *nm /= arrives;
-                }
-            }
-        }
         let change: Vec<f64> = rest
             .iter()
             .zip(&self.fit.left_over)

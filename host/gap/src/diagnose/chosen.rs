@@ -1,14 +1,13 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, ALL_BUT_TELLS, BEYOND_ITSELF, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN,
-    LEAST_EVIDENCE, LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR,
-    STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING,
-    WORSENS, below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
+    ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
+    LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE,
+    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
+    below_open, brings_bristles, choose, contribution, explained, follows_acceleration,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
-use super::itself::times_its_own;
 use super::left::Left;
 use super::moved::Moved;
 use super::play::springs;
@@ -168,9 +167,7 @@ impl<'a> Chosen<'a> {
         // What noise of the sensor leaves is noise.
         let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
-        let beyond_itself =
-            || times_its_own(self.search, self.best) > BEYOND_ITSELF[usize::from(!alone)];
-        !beside_noise && (stands || depends() || beyond_itself())
+        !beside_noise && (stands || depends())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own.

@@ -4,7 +4,6 @@ use super::axis_at::axis_at;
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
-use crate::error::InputError;
 use crate::inverse::{Model, Record, twins};
 use bristle_plant::effect::Scale;
 
@@ -48,22 +47,11 @@ pub(super) fn own_with_noise(
     records: &[Record],
     scale: &Scale,
 ) -> Own {
-    of_itself(times, model, at, records)
-        .map(|(twins, left_over)| Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
+    let axis = axis_at(&model.at(at));
+    twins(&axis, records, times, 0)
+        .and_then(|twins| {
+            let left_over = model.left_over(&twins, at)?;
+            Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
+        })
         .unwrap_or_default()
-}
-
-/// A model's own records with so many times the noise of the effort, and what the method leaves over of them, N m.
-///
-/// # Errors
-/// The model cannot be simulated.
-pub(super) fn of_itself(
-    times: f64,
-    model: &Model,
-    at: &[f64],
-    records: &[Record],
-) -> Result<(Vec<Record>, Vec<f64>), InputError> {
-    let twins = twins(&axis_at(&model.at(at)), records, times, 0)?;
-    let left_over = model.left_over(&twins, at)?;
-    Ok((twins, left_over))
 }

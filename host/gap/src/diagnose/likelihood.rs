@@ -1,11 +1,11 @@
 //! How well a rest is explained: noise by record and regime, and the density that a rest has under it.
 
 use super::own::Own;
-use super::quiet::quiet_noise;
 use super::regime::{Node, Regime};
 use super::tone::toneless;
 use crate::inverse::Record;
 use crate::signal::rms;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The noise of a record in a regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,6 +38,16 @@ const DISCREPANCY: f64 = 0.12;
 const TELLS: f64 = 20.0;
 /// Correlation is looked for up to this many nodes, some 0.3 s.
 const LONGEST_LAG: usize = 12;
+
+/// Noise of an effort is correlated over some 10 ms: the filters of its converter. What nodes so far apart have in common
+/// is no longer noise, s.
+const COLOUR_S: f64 = 0.02;
+/// Blocks in which noise is looked at, s.
+const BLOCK_S: f64 = 0.25;
+/// Part of the blocks that are quiet.
+const QUIET: f64 = 0.25;
+/// Fewest blocks that say how large noise is.
+const FEWEST_BLOCKS: usize = 8;
 
 /// A fit leaves at least this part of what is open: taking away the method's own error it would move parameters by it. A third
 /// is what the true parameters of an opened case left where its fit took a tenth; with all of it presliding says little of a play.
@@ -114,7 +124,11 @@ impl Noise {
             .iter()
             .enumerate()
             .map(|(place, record)| {
-                quiet_noise(record.node_s(), &members_of(&toneless, place, &calm), 0)
+                let node_s = record.node_s();
+                let [apart, block] =
+                    [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
+                let calm = members_of(&toneless, place, &calm);
+                coloured_noise(&calm, apart, block.max(4 * apart))
             })
             .collect();
         // A record without quiet moments has the noise of the others: the recorder is the same.
@@ -175,17 +189,6 @@ impl Noise {
         for (place, groups) in self.groups.iter_mut().enumerate() {
             for (group, regime) in groups.iter_mut().zip(Regime::ALL) {
                 group.open_nm = group.open_nm.max(own.rms_nm(place, regime));
-            }
-        }
-        self
-    }
-
-    /// The same where this is open in a record and regime, N m rms.
-    #[must_use]
-    pub(super) fn opening(mut self, open_nm: impl Fn(usize, Regime) -> f64) -> Self {
-        for (place, groups) in self.groups.iter_mut().enumerate() {
-            for (group, regime) in groups.iter_mut().zip(Regime::ALL) {
-                group.open_nm = open_nm(place, regime);
             }
         }
         self
@@ -358,6 +361,39 @@ fn difference_noise(members: &[(usize, f64)]) -> f64 {
         .map(|pair| (pair[1].1 - pair[0].1).abs())
         .collect();
     median(&mut differences) / 0.6745 / 2.0_f64.sqrt()
+}
+
+/// Noise that is correlated for a while, from second differences of nodes so many apart, in the quiet blocks of a record:
+/// noise is there all the time, and what a model lacks is not. Nothing where there are too few such blocks.
+fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> Option<f64> {
+    if apart == 0 {
+        return None;
+    }
+    let mut blocks: Vec<f64> = members
+        .chunks(block)
+        .filter_map(|members| {
+            let (sum, count) = members
+                .windows(2 * apart + 1)
+                .filter(|three| three[2 * apart].0 == three[0].0 + 2 * apart)
+                .map(|three| three[0].1 - 2.0 * three[apart].1 + three[2 * apart].1)
+                .fold((0.0, 0), |(sum, count), d| (sum + d * d, count + 1));
+            (2 * count > block).then(|| sum / count as f64 / 6.0 / quiet_one(count, apart))
+        })
+        .collect();
+    if blocks.len() < FEWEST_BLOCKS {
+        return None;
+    }
+    let quiet = (QUIET * blocks.len() as f64) as usize;
+    let (_, square, _) = blocks.select_nth_unstable_by(quiet, f64::total_cmp);
+    Some(square.sqrt())
+}
+
+/// What the mean of so many squares of second differences of normal noise is in a quiet block, as a share of its variance.
+/// Those within `apart` nodes say the same, and the next ones share two of three values: their correlations of -2/3 and
+/// 1/6 leave the freedom of 0.52 of them.
+fn quiet_one(count: usize, apart: usize) -> f64 {
+    let freedom = 0.52 * count as f64 / apart as f64;
+    ChiSquared::new(freedom).map_or(1.0, |squares| squares.inverse_cdf(QUIET) / freedom)
 }
 
 /// Root-mean-square without the largest hundredth.

@@ -1,14 +1,15 @@
 //! What an effect gains where it is not: it is fitted to records that the refitted simulator alone would have left, with
 //! their noise, through the same steps.
 
+use super::axis_at::axis_at;
 use super::candidate::Background;
-use super::fitted_noise::{noise_of, of_itself};
+use super::fitted_noise::noise_of;
 use super::hypothesis::{Hypothesis, Judge};
 use super::regime::nodes;
 use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
 use crate::error::InputError;
-use crate::inverse::{fit, fit_at};
+use crate::inverse::{fit, fit_at, twins};
 use bristle_plant::effect::Entry;
 
 /// What these effects gain on such records.
@@ -20,9 +21,11 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         return Ok(Vec::new());
     }
     let base = &search.base;
-    let (twins, left_over) = of_itself(1.0, &base.model, &base.fit.at, &search.records)?;
+    let axis = axis_at(&base.model.at(&base.fit.at));
+    let twins = twins(&axis, &search.records, 1.0, 0)?;
     let nodes = nodes(&twins, search.scale.z_ss_rad);
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
+    let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, base.fit.at.clone())?;
     let noise = noise(&plain.left_over).explaining(&nodes, &plain.left_over);

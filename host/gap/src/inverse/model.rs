@@ -284,7 +284,7 @@ impl Model {
         }
         let (mut rest, change) = point.rest_and_change(record, place, rubbing)?;
         let arrives = point.arrives(record, place)?;
-        let gain = gain(&change, &arrives);
+        let gain = gain(&change, &arrives).max(LEAST_GAIN);
         for rest in &mut rest {
             *rest /= gain;
         }
@@ -297,17 +297,14 @@ impl Model {
             if ![Own::Inertia, Own::DriveLag, Own::Skew].contains(&own))
     }
 
-    /// Part of the effort of each record that arrives with the effects that are tried at a point, times what arrives without them.
+    /// Part of the effort of the first record that arrives with the effects that are tried at a point, times what arrives without them.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub fn gains(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
+    pub fn gain(&self, first: &Record, at: &[f64]) -> Result<f64, InputError> {
         let point = self.at(at);
-        let gain_of = |(place, record)| {
-            let (_, change) = point.rest_and_change(record, place, Rubbing::Anew)?;
-            Ok(gain(&change, &point.arrives(record, place)?))
-        };
-        records.par_iter().enumerate().map(gain_of).collect()
+        let (_, change) = point.rest_and_change(first, 0, Rubbing::Anew)?;
+        Ok(gain(&change, &point.arrives(first, 0)?))
     }
 }
 
@@ -473,9 +470,5 @@ fn gain(change: &[f64], arrives: &[f64]) -> f64 {
         product += with * without;
         square += without * without;
     }
-    if square > 0.0 {
-        f64::max(product / square, LEAST_GAIN)
-    } else {
-        1.0
-    }
+    if square > 0.0 { product / square } else { 1.0 }
 }
