@@ -108,6 +108,12 @@ fn steps_with(
 /// bristles that is unstable at speed.
 const FELT_S: f64 = 2.5e-4;
 
+/// What the drive keeps of its torque, and what is still felt of an acceleration, a step later.
+fn of_a_step(config: &AxisConfig, drive: &Drive) -> (f64, f64) {
+    let step_s = config.sample_time_s / f64::from(config.steps);
+    (drive.keeps(step_s), (-step_s / FELT_S).exp())
+}
+
 impl Axis {
     /// An axis at rest at position zero. Effects may take part of its inertia behind a coupling and ask for more steps.
     pub fn new(
@@ -131,11 +137,11 @@ impl Axis {
             config.steps = steps_with(&config, rubbing, contact.as_ref(), &effects);
         }
         let drive = Drive::new(config.drive);
-        let step_s = config.sample_time_s / f64::from(config.steps);
+        let (keeps, still_felt) = of_a_step(&config, &drive);
         Self {
             config,
-            keeps: drive.keeps(step_s),
-            still_felt: (-step_s / FELT_S).exp(),
+            keeps,
+            still_felt,
             drive,
             contact: Affected::new(contact, &effects),
             effects,
@@ -176,9 +182,7 @@ impl Axis {
     #[must_use]
     pub fn in_at_most(mut self, steps: u32) -> Self {
         self.config.steps = self.config.steps.min(steps);
-        let step_s = self.config.sample_time_s / f64::from(self.config.steps);
-        self.keeps = self.drive.keeps(step_s);
-        self.still_felt = (-step_s / FELT_S).exp();
+        (self.keeps, self.still_felt) = of_a_step(&self.config, &self.drive);
         self
     }
 
