@@ -12,6 +12,7 @@ use bristle_core::friction::Motion;
 pub struct Affected {
     contact: Levelled,
     levelled: bool,
+    means: bool,
 }
 
 impl Affected {
@@ -21,6 +22,16 @@ impl Affected {
             levelled: !contact.holds_at_rest()
                 && effects.iter().any(|effect| effect.changes_level()),
             contact: Levelled::new(contact),
+            means: false,
+        }
+    }
+
+    /// The same, of which a step gives the mean friction over it in place of that at its end. A record's steps are long: at break-away and
+    /// reversals the bristles bend within few of them, and what friction is wrong by there looks like a coupling that is not there.
+    pub fn of_means(contact: Box<dyn Contact>, effects: &[Box<dyn Effect>]) -> Self {
+        Self {
+            means: true,
+            ..Self::new(contact, effects)
         }
     }
 
@@ -35,7 +46,7 @@ impl Affected {
         let held = !effects.is_empty()
             && self.holds_at_rest()
             && self.contact.own().steady_state_nm(velocity_rad_s) == 0.0;
-        let friction_nm = self.contact.step_own(Motion {
+        let friction_nm = self.own(Motion {
             velocity_rad_s,
             applied_nm: if held {
                 f64::MAX.copysign(applied_nm)
@@ -67,7 +78,21 @@ impl Affected {
             applied_nm,
             dt_s: now.step_s,
         };
-        self.contact.step(motion, becomes_nm)
+        if self.means {
+            self.contact.mean_over(motion, becomes_nm)
+        } else {
+            self.contact.step(motion, becomes_nm)
+        }
+    }
+
+    /// One step at its own level.
+    #[inline]
+    fn own(&mut self, motion: Motion<f64>) -> f64 {
+        if self.means {
+            self.contact.mean_own(motion)
+        } else {
+            self.contact.step_own(motion)
+        }
     }
 
     /// Which way the bristles are bent at the end of a step.
@@ -78,7 +103,7 @@ impl Affected {
 
     /// Bends the bristles of a stiffness until they bear a torque; gives the friction torque of the step that does, N m.
     pub fn bear(&mut self, torque_nm: f64, stiffness_nm_rad: f64, step_s: f64) -> f64 {
-        self.contact.step_own(Motion {
+        self.own(Motion {
             velocity_rad_s: torque_nm / stiffness_nm_rad / step_s,
             applied_nm: torque_nm,
             dt_s: step_s,

@@ -6,11 +6,12 @@
 use super::regime::Node;
 use crate::error::InputError;
 use crate::inverse::{
-    Added, Fit, Free, Model, Own, Owner, Record, Rubbing, STANDS_STILL, fit_near_until,
+    Added, Fit, Free, Model, Own, Owner, Record, Rubbing, STANDS_STILL, coarser, fit_near_until,
 };
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 
 /// Effect with bristles in series with those of the simulator.
 const IN_SERIES: &str = "friction.presliding";
@@ -79,10 +80,33 @@ pub struct Background<'a> {
     /// The fit.
     pub fit: &'a Fit,
     basis: DMatrix<f64>,
-    /// Part of the first record's effort that arrives.
-    arrives: f64,
-    /// Friction of the model's contact along the motion, N m.
+    /// Part of each record's effort that arrives.
+    arrives: Vec<f64>,
+    fine: Followed<'a>,
+    /// In samples as long as their nodes allow, where that is longer.
+    coarse: Option<Followed<'a>>,
+}
+
+/// Records that the model was taken along.
+struct Followed<'a> {
+    records: Cow<'a, [Record]>,
+    /// Friction of the model's contact along their motion, N m.
     friction_nm: Vec<f64>,
+}
+
+impl<'a> Followed<'a> {
+    /// The records, and what the model leaves over of them, N m.
+    fn new(model: &Model, at: &[f64], records: Cow<'a, [Record]>) -> (Self, Vec<f64>) {
+        let mut friction_nm = Model::places(&records);
+        let rubbing = Rubbing::Kept(&mut friction_nm);
+        // It could be followed when it was fitted.
+        let left_over_nm = model.left_over_rubbing(&records, at, rubbing);
+        let followed = Self {
+            records,
+            friction_nm,
+        };
+        (followed, left_over_nm.unwrap_or_default())
+    }
 }
 
 impl<'a> Background<'a> {
@@ -101,14 +125,23 @@ impl<'a> Background<'a> {
         for (i, free) in model.free.iter().enumerate() {
             stacked[(rows + i, i)] = 1.0 / free.spread;
         }
-        let mut friction_nm = Model::places(records);
-        let rubbing = Rubbing::Kept(&mut friction_nm);
-        // It could be followed when it was fitted.
-        let _ = model.left_over_rubbing(records, &fit.at, rubbing);
+        let (fine, _) = Followed::new(model, &fit.at, Cow::Borrowed(records));
+        let coarse = coarser(records).map(|coarse| {
+            let (mut followed, left_over_nm) = Followed::new(model, &fit.at, Cow::Owned(coarse));
+            let lacks = fit.left_over.iter().zip(left_over_nm).map(|(f, c)| f - c);
+            let mut lacks = lacks.collect::<Vec<_>>().into_iter();
+            for record in followed.records.to_mut() {
+                record.lacks_nm = lacks.by_ref().take(record.nodes()).collect();
+            }
+            followed
+        });
+        let without = || vec![1.0; records.len()];
         let arrives = if model.effects.is_empty() {
-            1.0
+            without()
         } else {
-            model.gain(&records[0], &fit.at).unwrap_or(1.0)
+            let followed = coarse.as_ref().unwrap_or(&fine);
+            let arrives = model.gains(&followed.records, &fit.at);
+            arrives.unwrap_or_else(|_| without())
         };
         Self {
             model,
@@ -119,7 +152,8 @@ impl<'a> Background<'a> {
             fit,
             basis: stacked.qr().q().rows(0, rows).into_owned(),
             arrives,
-            friction_nm,
+            fine,
+            coarse,
         }
     }
 
@@ -169,8 +203,15 @@ impl<'a> Background<'a> {
         if entry.cuts() {
             return Ok(false);
         }
-        let gain = model.gain(&self.records[0], at)?;
-        Ok((gain - self.arrives).abs() > CHANGES_GAIN)
+        let first = &self.coarse.as_ref().unwrap_or(&self.fine).records[..1];
+        let gains = model.gains(first, at)?;
+        Ok((gains[0] - self.arrives[0]).abs() > CHANGES_GAIN)
+    }
+
+    /// What an effect is followed along until it is fitted to the end.
+    fn followed(&self, entry: &Entry) -> &Followed<'a> {
+        let coarse = self.coarse.as_ref().filter(|_| !entry.acts_in_moments());
+        coarse.unwrap_or(&self.fine)
     }
 
     /// Change of the weighted rest that an effect makes.
@@ -181,10 +222,15 @@ impl<'a> Background<'a> {
         scales_effort: bool,
     ) -> Option<DVector<f64>> {
         let mut model = self.with_values(entry, values);
+        // What it does not change is known.
+        if model.scales_effort && !scales_effort {
+            model.arrives = Some(self.arrives.clone());
+        }
         model.scales_effort |= scales_effort;
-        let rubbing = Rubbing::Known(&self.friction_nm);
+        let followed = self.followed(entry);
+        let rubbing = Rubbing::Known(&followed.friction_nm);
         let rest = model
-            .left_over_rubbing(self.records, &self.fit.at, rubbing)
+            .left_over_rubbing(&followed.records, &self.fit.at, rubbing)
             .ok()?;
         let change: Vec<f64> = rest
             .iter()
@@ -307,7 +353,7 @@ impl<'a> Background<'a> {
         Ok(best)
     }
 
-    /// The same from one start, until the cost changes by less than this part of itself.
+    /// The same from one start, until the cost changes by less than this part of itself; along longer samples where it only shows what it promises.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
@@ -327,22 +373,26 @@ impl<'a> Background<'a> {
             from[stiffness] += MAKES_ROOM.ln();
         }
         model.scales_effort |= self.changes_gain(entry, &model, &from)?;
+        let records = if cost_stands_still > STANDS_STILL {
+            &self.followed(entry).records
+        } else {
+            self.records
+        };
         let near = |model: &Model, from: Vec<f64>| {
             let known = &self.fit.jacobian;
-            fit_near_until(
-                cost_stands_still,
-                model,
-                self.records,
-                self.weights,
-                from,
-                known,
-            )
+            fit_near_until(cost_stands_still, model, records, self.weights, from, known)
         };
         let mut fit = near(&model, from)?;
         // Where it came out it may, where it started not.
         if !model.scales_effort && self.changes_gain(entry, &model, &fit.at)? {
             model.scales_effort = true;
             fit = near(&model, fit.at)?;
+        }
+        if let Some(elsewhere) = self.onset_elsewhere(records, &model, &fit) {
+            let other = near(&model, elsewhere)?;
+            if other.cost < fit.cost {
+                fit = other;
+            }
         }
         Ok((model, fit))
     }

@@ -4,6 +4,7 @@
 use super::candidate::{Background, Start, hard_range, size_before};
 use super::regime::Node;
 use super::starts::{SHAPES, SIZES, levels};
+use crate::inverse::{Fit, Free, Model, Owner, Record, cost_at};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::DVector;
@@ -80,6 +81,41 @@ impl Background<'_> {
                 self.settle(entry, best, moment, reach, scales);
             }
         }
+    }
+
+    /// Where a fit along `records` may go on from: an onset where it does better than where it came out, for no slope leads from one to
+    /// the other. Nothing where none does.
+    pub(super) fn onset_elsewhere(
+        &self,
+        records: &[Record],
+        model: &Model,
+        fit: &Fit,
+    ) -> Option<Vec<f64>> {
+        let added = model.effects.last()?;
+        let is_onset = |free: &Free| {
+            matches!(free.owner, Owner::Effect(place, i)
+                if place + 1 == model.effects.len() && added.entry.parameters[i].kind == Kind::Onset)
+        };
+        let onset = model.free.iter().position(is_onset)?;
+        let cost_of = |value: f64| {
+            let mut at = fit.at.clone();
+            at[onset] = model.free[onset].coordinate(value);
+            Some((cost_at(model, records, self.weights, at.clone()).ok()?, at))
+        };
+        let mut best = (fit.cost, fit.at.clone());
+        let mut tried = self.moments(Kind::Onset, &self.rest())?;
+        let mut reach = self.between_moments(Kind::Onset)?;
+        for _ in 0..=HALVINGS {
+            let found = tried.into_par_iter().filter_map(cost_of);
+            let found = found.min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some(found) = found.filter(|found| found.0 < best.0) {
+                best = found;
+            }
+            let at = model.free[onset].value(best.1[onset]);
+            tried = vec![at - reach, at + reach];
+            reach *= 0.5;
+        }
+        (best.0 < fit.cost).then_some(best.1)
     }
 
     /// Takes the best of these values of single parameters, if it does better than what is there.

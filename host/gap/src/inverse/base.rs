@@ -55,6 +55,7 @@ impl Model {
             effects,
             free,
             scales_effort: false,
+            arrives: None,
         })
     }
 }

@@ -147,6 +147,20 @@ pub fn fit_at(
     Ok(Problem::new(model, records, weights, at, None)?.into_fit_with_jacobian())
 }
 
+/// The cost at a point.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub fn cost_at(
+    model: &Model,
+    records: &[Record],
+    weights: &[f64],
+    at: Vec<f64>,
+) -> Result<f64, InputError> {
+    let problem = Problem::new(model, records, weights, at, None)?;
+    Ok(problem.stacked().norm_squared())
+}
+
 struct Problem<'a> {
     model: &'a Model,
     records: &'a [Record],

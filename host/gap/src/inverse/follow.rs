@@ -4,7 +4,6 @@
 //! not carried into the next, and an evaluation costs one pass over the record.
 
 use super::record::{Record, Stretch};
-use bristle_core::friction::Motion as ContactMotion;
 use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
@@ -90,45 +89,14 @@ pub fn arriving(
     out: &mut Vec<f64>,
 ) {
     let mut arriving = Arriving::new(record, drive, skew_samples);
-    let efforts: Vec<f64> = (0..stretch.effort_nm.len() - 1)
-        .map(|k| arriving.next(stretch, k, times))
+    let arrivals: Vec<(f64, f64)> = (0..stretch.effort_nm.len() - 1)
+        .map(|k| (arriving.next(stretch, k, times), arriving.late_nm))
         .collect();
-    let mut nodes = efforts.windows(2).map(|u| 0.5 * (u[0] + u[1])).collect();
+    let mut nodes = arrivals
+        .windows(2)
+        .map(|pair| 0.5 * (pair[0].0 + pair[1].0) - (pair[1].1 - pair[0].1))
+        .collect();
     record.kernel.apply(&mut nodes, out);
-}
-
-/// A contact that gives its mean friction over a step in place of that at its end. A record's steps are long: at break-away and
-/// reversals the bristles bend within few of them, and what friction is wrong by there looks like a coupling that is not there.
-struct Mean(Box<dyn Contact>);
-
-impl Contact for Mean {
-    fn step(&mut self, motion: ContactMotion<f64>) -> f64 {
-        self.0.mean_over(motion, None)
-    }
-
-    fn step_at(&mut self, motion: ContactMotion<f64>, level_nm: f64) -> f64 {
-        self.0.mean_over(motion, Some(level_nm))
-    }
-
-    fn mean_over(&mut self, motion: ContactMotion<f64>, level_nm: Option<f64>) -> f64 {
-        self.0.mean_over(motion, level_nm)
-    }
-
-    fn deflection_rad(&self) -> f64 {
-        self.0.deflection_rad()
-    }
-
-    fn holds_at_rest(&self) -> bool {
-        self.0.holds_at_rest()
-    }
-
-    fn steady_state_nm(&self, velocity_rad_s: f64) -> f64 {
-        self.0.steady_state_nm(velocity_rad_s)
-    }
-
-    fn rescale(&mut self, times: f64) {
-        self.0.rescale(times);
-    }
 }
 
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
@@ -224,7 +192,7 @@ pub fn left_over(
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
-    let mut contact = Affected::new(Box::new(Mean(contact)), &running.effects);
+    let mut contact = Affected::of_means(contact, &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
     if let Some(stiffness) = running.stiffness_nm_rad {
         contact.bear(stretch.effort_nm[0], stiffness, step_s);

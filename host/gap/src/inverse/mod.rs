@@ -2,6 +2,7 @@
 //! encoder's noise stays small.
 
 mod base;
+mod coarser;
 mod fit;
 mod follow;
 mod kernel;
@@ -11,8 +12,9 @@ mod record;
 mod twin;
 
 pub use base::scale;
+pub use coarser::coarser;
 pub use fit::{
-    Fit, PROMISES, STANDS_STILL, fit, fit_alone, fit_at, fit_near, fit_near_until, fit_on,
+    Fit, PROMISES, STANDS_STILL, cost_at, fit, fit_alone, fit_at, fit_near, fit_near_until, fit_on,
     fit_roughly,
 };
 pub use follow::{Later, Rubbing, Running, left_over};

@@ -11,6 +11,7 @@ use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use bristle_plant::effect::{Coupling, Entry};
 use rayon::prelude::*;
+use std::iter::repeat;
 
 /// Effect that stands for a constant torque on the axis.
 pub const OFFSET: &str = "mechanics.offset";
@@ -159,6 +160,8 @@ pub struct Model {
     /// The effects change how much of the effort arrives, so that the rest is to be read in recorded effort. Otherwise an
     /// effect would explain everything by making torque small.
     pub scales_effort: bool,
+    /// How much of each record's effort arrives, where they do and that is known.
+    pub arrives: Option<Vec<f64>>,
 }
 
 /// Change of effort from which its gain is taken.
@@ -279,14 +282,18 @@ impl Model {
         place: usize,
         rubbing: Rubbing<'_>,
     ) -> Result<Vec<f64>, InputError> {
-        if !self.scales_effort {
-            return point.rest(record, place, 1.0, rubbing);
-        }
-        let (mut rest, change) = point.rest_and_change(record, place, rubbing)?;
-        let arrives = point.arrives(record, place)?;
-        let gain = gain(&change, &arrives).max(LEAST_GAIN);
-        for rest in &mut rest {
-            *rest /= gain;
+        let (mut rest, arrives) = if !self.scales_effort {
+            (point.rest(record, place, 1.0, rubbing)?, 1.0)
+        } else if let Some(arrives) = &self.arrives {
+            (point.rest(record, place, 1.0, rubbing)?, arrives[place])
+        } else {
+            let (rest, change) = point.rest_and_change(record, place, rubbing)?;
+            let gain = gain(&change, &point.arrives(record, place)?);
+            (rest, gain)
+        };
+        let lacks = record.lacks_nm.iter().copied().chain(repeat(0.0));
+        for (rest, lacks) in rest.iter_mut().zip(lacks) {
+            *rest = *rest / arrives + lacks;
         }
         Ok(rest)
     }
@@ -297,14 +304,17 @@ impl Model {
             if ![Own::Inertia, Own::DriveLag, Own::Skew].contains(&own))
     }
 
-    /// Part of the effort of the first record that arrives with the effects that are tried at a point, times what arrives without them.
+    /// Part of the effort of each record that arrives with the effects that are tried at a point, times what arrives without them.
     ///
     /// # Errors
     /// The friction model refuses the parameters.
-    pub fn gain(&self, first: &Record, at: &[f64]) -> Result<f64, InputError> {
+    pub fn gains(&self, records: &[Record], at: &[f64]) -> Result<Vec<f64>, InputError> {
         let point = self.at(at);
-        let (_, change) = point.rest_and_change(first, 0, Rubbing::Anew)?;
-        Ok(gain(&change, &point.arrives(first, 0)?))
+        let gain_of = |(place, record)| {
+            let (_, change) = point.rest_and_change(record, place, Rubbing::Anew)?;
+            Ok(gain(&change, &point.arrives(record, place)?))
+        };
+        records.par_iter().enumerate().map(gain_of).collect()
     }
 }
 
@@ -470,5 +480,9 @@ fn gain(change: &[f64], arrives: &[f64]) -> f64 {
         product += with * without;
         square += without * without;
     }
-    if square > 0.0 { product / square } else { 1.0 }
+    if square > 0.0 {
+        f64::max(product / square, LEAST_GAIN)
+    } else {
+        1.0
+    }
 }

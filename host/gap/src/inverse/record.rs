@@ -40,7 +40,9 @@ pub struct Record {
     pub name: String,
     /// Length of a sample, s.
     pub step_s: f64,
-    /// Original samples in one of these.
+    /// Length of a sample of the log, s.
+    pub log_step_s: f64,
+    /// Samples of the log in one that was averaged over.
     pub averaged: usize,
     /// The effort is what was asked of the drive, not what it gave.
     pub commanded: bool,
@@ -56,6 +58,8 @@ pub struct Record {
     pub rad_per_count: f64,
     /// What the positions say of their sensor.
     pub sensor: Shown,
+    /// What its nodes lack of what is left over in shorter samples, N m; empty where it was not made [coarser](super::coarser).
+    pub lacks_nm: Vec<f64>,
 }
 
 /// An even stretch without gaps; one entry a sample.
@@ -173,6 +177,7 @@ impl Record {
         let record = Self {
             name: log.file.display().to_string(),
             step_s,
+            log_step_s: original_s,
             averaged,
             commanded: matches!(kind, EffortKind::TorqueReference | EffortKind::Voltage),
             stretches,
@@ -181,6 +186,7 @@ impl Record {
             effort_noise_nm,
             rad_per_count,
             sensor,
+            lacks_nm: Vec::new(),
         };
         Ok(record.seen_through(kernel))
     }
@@ -214,7 +220,7 @@ impl Record {
     /// nor where the effort's noise would hide it.
     pub fn lag_within_s(&self, drive: DriveConfig) -> f64 {
         let most = TOLD_LAG[usize::from(self.kernel.length > 1)];
-        if self.commanded || self.averaged > 1 || drive.lag_s > most * self.step_s {
+        if self.commanded || self.averaged > 1 || drive.lag_s > most * self.log_step_s {
             0.0
         } else {
             drive.lag_s
@@ -224,7 +230,7 @@ impl Record {
     /// Delay of the drive in samples of this record, which may be longer than those of the log.
     pub fn delay_samples(&self, drive: DriveConfig) -> f64 {
         if self.commanded {
-            drive.delay_samples as f64 / self.averaged as f64
+            drive.delay_samples as f64 * self.log_step_s / self.step_s
         } else {
             0.0
         }

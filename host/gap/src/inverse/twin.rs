@@ -66,7 +66,7 @@ fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Re
 fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
     let mut axis = axis.clone();
     let file = PathBuf::from(&record.name);
-    let step_s = record.step_s / record.averaged as f64;
+    let step_s = record.log_step_s;
     if !record.commanded {
         // A longer lag is the twin's where the method tells it, too; else torque is as good as its mean within a sample.
         let lag_s = axis.drive.lag_s;

@@ -198,6 +198,12 @@ impl Entry {
         self.parameters.iter().any(|p| p.kind == Kind::Limit)
     }
 
+    /// Whether it may act in single samples: a limit, a stop, a step.
+    pub fn acts_in_moments(&self) -> bool {
+        let in_moments = |kind: Kind| kind.is_of_step() || matches!(kind, Kind::Limit | Kind::Stop);
+        self.parameters.iter().any(|p| in_moments(p.kind))
+    }
+
     /// Default values in the order of its parameters.
     pub fn defaults(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.default).collect()
