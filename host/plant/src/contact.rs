@@ -6,11 +6,6 @@ use bristle_core::friction::{Friction, Motion};
 pub trait Contact: Send {
     /// Advances by one step and gives the friction torque, N m.
     fn step(&mut self, motion: Motion<f64>) -> f64;
-    /// The same where the level of dry friction in sliding at this velocity is known, N m.
-    fn step_at(&mut self, motion: Motion<f64>, level_nm: f64) -> f64 {
-        let _ = level_nm;
-        self.step(motion)
-    }
     /// See [`Friction::mean_over`].
     fn mean_over(&mut self, motion: Motion<f64>, level_nm: Option<f64>) -> f64;
     /// Bristle deflection, rad.

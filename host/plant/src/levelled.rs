@@ -52,8 +52,8 @@ impl Levelled {
     /// friction torque, N m.
     #[inline]
     pub fn step(&mut self, motion: Motion<f64>, becomes_nm: f64) -> f64 {
-        let (own, own_nm) = self.put(motion, becomes_nm);
-        self.times * self.contact.step_at(own, own_nm)
+        let (own, _) = self.put(motion, becomes_nm);
+        self.times * self.contact.step(own)
     }
 
     /// The same for [`Contact::mean_over`].

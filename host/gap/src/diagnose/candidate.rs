@@ -203,15 +203,22 @@ impl<'a> Background<'a> {
         if entry.cuts() {
             return Ok(false);
         }
-        let first = &self.coarse.as_ref().unwrap_or(&self.fine).records[..1];
-        let gains = model.gains(first, at)?;
+        let gains = model.gains(&self.longest().records[..1], at)?;
         Ok((gains[0] - self.arrives[0]).abs() > CHANGES_GAIN)
+    }
+
+    /// The records in the longest samples.
+    fn longest(&self) -> &Followed<'a> {
+        self.coarse.as_ref().unwrap_or(&self.fine)
     }
 
     /// What an effect is followed along until it is fitted to the end.
     fn followed(&self, entry: &Entry) -> &Followed<'a> {
-        let coarse = self.coarse.as_ref().filter(|_| !entry.acts_in_moments());
-        coarse.unwrap_or(&self.fine)
+        if entry.acts_in_moments() {
+            &self.fine
+        } else {
+            self.longest()
+        }
     }
 
     /// Change of the weighted rest that an effect makes.

@@ -157,8 +157,7 @@ pub fn cost_at(
     weights: &[f64],
     at: Vec<f64>,
 ) -> Result<f64, InputError> {
-    let problem = Problem::new(model, records, weights, at, None)?;
-    Ok(problem.stacked().norm_squared())
+    Ok(Problem::new(model, records, weights, at, None)?.cost())
 }
 
 struct Problem<'a> {
@@ -220,11 +219,15 @@ impl<'a> Problem<'a> {
 
     fn into_fit(self, jacobian: DMatrix<f64>) -> Fit {
         Fit {
-            cost: self.stacked().norm_squared(),
+            cost: self.cost(),
             at: self.at.as_slice().to_vec(),
             jacobian,
             left_over: self.left_over,
         }
+    }
+
+    fn cost(&self) -> f64 {
+        self.stacked().norm_squared()
     }
 
     /// Weighted rest of the nodes, then the priors.

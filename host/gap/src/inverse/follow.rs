@@ -45,6 +45,8 @@ struct Arriving {
     late_part: f64,
     /// Torque that a position lacks at the end of the sample beside its mean throughout, N m.
     late_nm: f64,
+    /// By how much more than at its start: what a node between two samples lacks of their mean, N m.
+    lacks_nm: f64,
 }
 
 impl Arriving {
@@ -58,6 +60,7 @@ impl Arriving {
             commanded: record.commanded,
             step_s,
             late_nm: 0.0,
+            lacks_nm: 0.0,
         }
     }
 
@@ -74,7 +77,9 @@ impl Arriving {
             drive.reference_for(effort_nm, self.step_s, self.keeps)
         });
         let mean_nm = drive.advance(self.step_s, self.keeps);
-        self.late_nm = self.late_part * (drive.torque_nm() - start_nm);
+        let late_nm = self.late_part * (drive.torque_nm() - start_nm);
+        self.lacks_nm = late_nm - self.late_nm;
+        self.late_nm = late_nm;
         mean_nm
     }
 }
@@ -90,11 +95,11 @@ pub fn arriving(
 ) {
     let mut arriving = Arriving::new(record, drive, skew_samples);
     let arrivals: Vec<(f64, f64)> = (0..stretch.effort_nm.len() - 1)
-        .map(|k| (arriving.next(stretch, k, times), arriving.late_nm))
+        .map(|k| (arriving.next(stretch, k, times), arriving.lacks_nm))
         .collect();
     let mut nodes = arrivals
         .windows(2)
-        .map(|pair| 0.5 * (pair[0].0 + pair[1].0) - (pair[1].1 - pair[0].1))
+        .map(|pair| 0.5 * (pair[0].0 + pair[1].0) - pair[1].1)
         .collect();
     record.kernel.apply(&mut nodes, out);
 }
@@ -203,7 +208,7 @@ pub fn left_over(
     let per = inertia / (step_s * step_s);
     let mut nodes = Vec::with_capacity(intervals);
     let mut interval_before: Option<(f64, f64)> = None;
-    let (mut before_rad_s, mut late_before_nm) = (0.0, 0.0);
+    let mut before_rad_s = 0.0;
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
         // A jump of the encoder bends no bristles.
@@ -268,13 +273,11 @@ pub fn left_over(
             contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
         let balance = torque - opposed;
-        let lacks_nm = arriving.late_nm - late_before_nm;
-        late_before_nm = arriving.late_nm;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];
             nodes.push(
                 0.5 * (balance_before + balance)
-                    - lacks_nm
+                    - arriving.lacks_nm
                     - 0.5 * (share_before + share) * per * bend,
             );
         }
