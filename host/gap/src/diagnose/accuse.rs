@@ -301,8 +301,12 @@ pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Optio
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
     contribution(noise.times_open(nodes, single), 1.0) > ROOM
-        || noise.rms_times_open(nodes, single, &Regime::MOVING) > MOMENTS[0]
         || noise.rms_times_open(nodes, single, &[Regime::Sliding]) > UNKNOWN_SLIDING
+}
+
+/// The same in few moments.
+pub(super) fn leaves_moments(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
+    noise.rms_times_open(nodes, single, &Regime::MOVING) > MOMENTS[0]
 }
 
 /// What was taken away, were it independent of what is left.

@@ -1,9 +1,13 @@
 //! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
-use super::accuse::{ACCUSES, BELOW_OPEN_BESIDE, foremost, leaves_room};
+use super::accuse::{
+    ACCUSES, BELOW_OPEN_BESIDE, NOTHING, foremost, leaves, leaves_moments, leaves_room,
+};
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
+use super::fitted_noise::own_with_noise;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
+use super::likelihood::Noise;
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::no_worse;
 use crate::error::InputError;
@@ -50,8 +54,7 @@ impl Pairs<'_> {
             return Ok(Vec::new());
         };
         let background = self.background(self.ground(first));
-        let room = leaves_room(self.judge.noise, self.judge.nodes, &first.held_out);
-        let screened = if room {
+        let screened = if self.has_room(first) {
             self.screened(&background, first, entries, progress)
         } else {
             let mut rivals = self.rivals(&background, ACCUSES, &first.ids());
@@ -93,6 +96,22 @@ impl Pairs<'_> {
         }
         sort(&mut several);
         Ok(several)
+    }
+
+    /// Whether all effects are asked for beside `first`: it leaves room. What it leaves in few moments alone counts where it is more than
+    /// its own records leave, and where an effect is there: what no effect takes, and is nothing otherwise, no two of them take.
+    fn has_room(&self, first: &Hypothesis) -> bool {
+        let Judge { noise, nodes, .. } = self.judge;
+        if leaves_room(noise, nodes, &first.held_out) {
+            return true;
+        }
+        let is_there = first.score - self.base.score > ACCUSES
+            || leaves(noise, nodes, &self.base.held_out, NOTHING);
+        is_there && leaves_moments(noise, nodes, &first.held_out) && {
+            let records = self.judge.records;
+            let own = own_with_noise(1.0, &first.model, &first.fit.at, records, self.scale);
+            leaves_moments(&Noise::clone(noise).at_least(&own), nodes, &first.held_out)
+        }
     }
 
     /// Backward: each effect of a pair without the other, from where it came out beside it, where that does better than its own fit, which may

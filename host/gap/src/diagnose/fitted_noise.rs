@@ -39,7 +39,12 @@ pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale
     own_with_noise(0.0, model, at, records, scale)
 }
 
-/// The same with so many times the noise of the effort.
+/// What noise on the rotor makes of each node of a record, N m rms.
+fn rotor_noise_of_nodes_nm(record: &Record) -> f64 {
+    record.rotor_noise_nm * record.kernel.of_effort()
+}
+
+/// The same with so many times the noise on the rotor and of the measured effort; of the former what it does to bristles and loads.
 pub(super) fn own_with_noise(
     times: f64,
     model: &Model,
@@ -51,7 +56,11 @@ pub(super) fn own_with_noise(
     twins(&axis, records, times, 0)
         .and_then(|twins| {
             let left_over = model.left_over(&twins, at)?;
-            Ok(Own::new(&twins, &nodes(&twins, scale.z_ss_rad), &left_over))
+            let nodes = nodes(&twins, scale.z_ss_rad);
+            let white_nm = records
+                .iter()
+                .map(|record| times * rotor_noise_of_nodes_nm(record));
+            Ok(Own::new(&nodes, &left_over, &white_nm.collect::<Vec<_>>()))
         })
         .unwrap_or_default()
 }

@@ -363,6 +363,11 @@ fn difference_noise(members: &[(usize, f64)]) -> f64 {
     median(&mut differences) / 0.6745 / 2.0_f64.sqrt()
 }
 
+/// White noise of nodes so long apart that follow each other, as in quiet blocks; nothing where there are too few.
+pub(super) fn quiet_noise(members: &[(usize, f64)], node_s: f64) -> Option<f64> {
+    coloured_noise(members, 1, (BLOCK_S / node_s).round() as usize)
+}
+
 /// Noise that is correlated for a while, from second differences of nodes so many apart, in the quiet blocks of a record:
 /// noise is there all the time, and what a model lacks is not. Nothing where there are too few such blocks.
 fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> Option<f64> {

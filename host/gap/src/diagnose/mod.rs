@@ -29,6 +29,7 @@ mod regime;
 mod report;
 mod reproduce;
 mod result;
+mod rotor_noise;
 mod round;
 mod screen;
 mod search;

@@ -1,24 +1,31 @@
 //! The method's own error.
 
 use super::regime::{Node, Regime};
-use crate::inverse::Record;
 
 /// What the method leaves over of an axis that is exactly the model and whose effort is measured exactly, by record and
-/// regime: coarse positions and smoothing.
+/// regime: coarse positions and smoothing, and what noise on the rotor does to bristles and loads that the motion does not show.
 #[derive(Clone, Debug, Default)]
 pub struct Own(Vec<[f64; 3]>);
 
 impl Own {
-    /// From records of such an axis.
-    pub fn new(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Self {
-        let mut sums = vec![[(0.0, 0.0); 3]; records.len()];
+    /// From records of such an axis, less the white noise that each of its nodes has, N m rms.
+    pub fn new(nodes: &[Node], left_over: &[f64], white_nm: &[f64]) -> Self {
+        let mut sums = vec![[(0.0, 0.0); 3]; white_nm.len()];
         for (node, r) in nodes.iter().zip(left_over).filter(|(n, _)| !n.excluded) {
             let (square, count) = &mut sums[node.record][node.regime as usize];
             *square += r * r;
             *count += 1.0;
         }
-        let rms = |(square, count): (f64, f64)| (square / f64::max(count, 1.0)).sqrt();
-        Self(sums.into_iter().map(|groups| groups.map(rms)).collect())
+        let rms = |white_nm: f64, (square, count): (f64, f64)| {
+            let square = square / f64::max(count, 1.0);
+            (square - white_nm * white_nm).max(0.0).sqrt()
+        };
+        let groups = sums.into_iter().zip(white_nm);
+        Self(
+            groups
+                .map(|(groups, &white_nm)| groups.map(|sums| rms(white_nm, sums)))
+                .collect(),
+        )
     }
 
     /// The lower of both: what one model does not leave over of itself, the method does not have to.

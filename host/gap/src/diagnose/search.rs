@@ -10,6 +10,7 @@ use super::look_again::look_again;
 use super::null::nulls;
 use super::own::Own;
 use super::regime::nodes;
+use super::rotor_noise::put_rotor_noise;
 use super::round::{Compared, MOST_ROUNDS, Round, WORTH_A_ROUND, noise_of_best};
 use super::screen::gain;
 use super::single::Ground;
@@ -40,15 +41,17 @@ pub fn catalogue() -> Vec<&'static Entry> {
 /// # Errors
 /// The friction model refuses the parameters of the axis file.
 pub fn search(
-    records: Vec<Record>,
+    mut records: Vec<Record>,
     believed: &Believed,
     catalogue: &[&'static Entry],
     progress: &dyn Fn(f64),
 ) -> Result<Search, InputError> {
-    let records: Arc<[Record]> = records.into();
     let scale = scale(believed, &records);
     let nodes = nodes(&records, scale.z_ss_rad);
     let model = Model::base(believed, &records, DOUBT)?;
+    let as_given = model.left_over(&records, &model.start())?;
+    put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
+    let records: Arc<[Record]> = records.into();
     let ground = Ground {
         records: &records,
         nodes: &nodes,
@@ -58,7 +61,6 @@ pub fn search(
     let noise_of =
         |left_over: &[f64], own: &Own| noise_of(&model, &records, &nodes, left_over, own);
     let own_of = |model: &Model, at: &[f64]| own_left_over(model, at, &records, &scale);
-    let as_given = model.left_over(&records, &model.start())?;
     let own_as_given = own_of(&model, &model.start());
     let (old, fitted) = refit(&ground, &as_given, &own_as_given)?;
     let own = own_of(&model, &fitted.at);

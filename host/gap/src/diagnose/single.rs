@@ -67,9 +67,7 @@ impl Ground<'_> {
         let screened = screen(&background, entries, &|share| progress(0.65 * share));
         let mut found = fit_best(&background, &screened, FITTED, true)?;
         progress(0.8);
-        if strayed(self.model, &fitted.at) {
-            let start = self.model.start();
-            let believed = fit_at(self.model, self.records, weights, start)?;
+        if let Some(believed) = self.believed(noise, weights, fitted)? {
             let background = self.background(weights, &believed);
             let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
             for other in fit_best(&background, &screened, FITTED, true)? {
@@ -89,6 +87,25 @@ impl Ground<'_> {
         further.truncate(KEPT_ABOVE);
         found.extend(further);
         Ok((screened, found))
+    }
+
+    /// The simulator as it was believed, where a parameter of the fit has strayed and where it leaves something that the parameter may stand
+    /// for.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    fn believed(
+        &self,
+        noise: &Noise,
+        weights: &[f64],
+        fitted: &Fit,
+    ) -> Result<Option<Fit>, InputError> {
+        if !strayed(self.model, &fitted.at) {
+            return Ok(None);
+        }
+        let believed = fit_at(self.model, self.records, weights, self.model.start())?;
+        let something = leaves(noise, self.nodes, &believed.left_over, NOTHING);
+        Ok(something.then_some(believed))
     }
 
     /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.

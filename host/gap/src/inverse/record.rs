@@ -54,6 +54,8 @@ pub struct Record {
     pub position_noise_rad: f64,
     /// Noise of effort after averaging, N m rms, as its second differences show it.
     pub effort_noise_nm: f64,
+    /// Torque noise on the rotor that the effort does not show, N m rms a sample, where it is known.
+    pub rotor_noise_nm: f64,
     /// Travel of a count as the axis file says it, or of the grid that the positions show if that is coarser, rad.
     pub rad_per_count: f64,
     /// What the positions say of their sensor.
@@ -184,6 +186,7 @@ impl Record {
             kernel,
             position_noise_rad: still_rad,
             effort_noise_nm,
+            rotor_noise_nm: 0.0,
             rad_per_count,
             sensor,
             lacks_nm: Vec::new(),

@@ -22,8 +22,8 @@ const LEADS: f64 = 125.0;
 /// axis stays with the motion, and a node sees the mean of many.
 const MOST_STEPS: u32 = 100;
 
-/// The records of such an axis, each along the longest stretch of one of these, its effort measured with so many times that
-/// one's noise; each with a seed of its own from the first on.
+/// The records of such an axis, each along the longest stretch of one of these, with so many times that one's noise on the rotor and of the
+/// measured effort; each with a seed of its own from the first on.
 ///
 /// # Errors
 /// The friction model refuses the parameters, or the axis does not stay with the motion.
@@ -36,20 +36,18 @@ pub fn twins(
     records
         .par_iter()
         .enumerate()
-        .map(|(place, record)| {
-            twin(
-                axis,
-                record,
-                noise_times * record.sample_noise_nm(),
-                first_seed + place as u64,
-            )
-        })
+        .map(|(place, record)| twin(axis, record, noise_times, first_seed + place as u64))
         .collect()
 }
 
-/// The twin of one record, with so much noise a sample, N m rms.
-fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Record, InputError> {
-    let log = log_of(axis, record, noise_nm, seed)?;
+/// The twin of one record.
+fn twin(
+    axis: &Believed,
+    record: &Record,
+    noise_times: f64,
+    seed: u64,
+) -> Result<Record, InputError> {
+    let log = log_of(axis, record, noise_times, seed)?;
     let file = AxisFile::new(axis.unit, 1.0);
     let position = log.position_rad(&file)?;
     let step_s = log.median_step_s();
@@ -63,7 +61,13 @@ fn twin(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Re
     Record::of_sensor(&log, &file, axis, &[], sensor).map(|twin| twin.seen_through(record.kernel))
 }
 
-fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<Log, InputError> {
+fn log_of(
+    axis: &Believed,
+    record: &Record,
+    noise_times: f64,
+    seed: u64,
+) -> Result<Log, InputError> {
+    let noise_nm = noise_times * record.sample_noise_nm();
     let mut axis = axis.clone();
     let file = PathBuf::from(&record.name);
     let step_s = record.log_step_s;
@@ -107,8 +111,12 @@ fn log_of(axis: &Believed, record: &Record, noise_nm: f64, seed: u64) -> Result<
     let position = interpolate(&coarse, &middle, &time_s);
     let velocity = interpolate(&coarse, &stretch.velocity_rad_s, &time_s);
     let inertia = axis.whole_inertia_kg_m2();
+    let noise = Noise {
+        torque_nm: noise_times * record.rotor_noise_nm * (record.averaged as f64).sqrt(),
+        position_rad: 0.0,
+    };
     let mut simulated = axis
-        .axis(axis.model, step_s, Noise::default(), seed)?
+        .axis(axis.model, step_s, noise, seed)?
         .in_at_most(MOST_STEPS)
         .starting_at(position[0], velocity[0]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -187,6 +187,9 @@ pub struct Entry {
     pub build: fn(&[f64], Unit) -> Box<dyn Effect>,
 }
 
+/// Effect that acts from a threshold of the effort on: it is not the mean of what it does within a sample that it does to the mean.
+const THRESHOLD: &str = "actuator.deadzone";
+
 impl Entry {
     /// Which part of the axis it sits in: the id up to its dot.
     pub fn block(&self) -> &'static str {
@@ -198,10 +201,10 @@ impl Entry {
         self.parameters.iter().any(|p| p.kind == Kind::Limit)
     }
 
-    /// Whether it may act in single samples: a limit, a stop, a step.
+    /// Whether it may act in single samples: a limit, a stop, a step, a threshold that an effort crosses.
     pub fn acts_in_moments(&self) -> bool {
         let in_moments = |kind: Kind| kind.is_of_step() || matches!(kind, Kind::Limit | Kind::Stop);
-        self.parameters.iter().any(|p| in_moments(p.kind))
+        self.id == THRESHOLD || self.parameters.iter().any(|p| in_moments(p.kind))
     }
 
     /// Default values in the order of its parameters.
