@@ -39,11 +39,6 @@ pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale
     own_with_noise(0.0, model, at, records, scale)
 }
 
-/// What noise on the rotor makes of each node of a record, N m rms.
-fn rotor_noise_of_nodes_nm(record: &Record) -> f64 {
-    record.rotor_noise_nm * record.kernel.of_effort()
-}
-
 /// The same with so many times the noise on the rotor and of the measured effort; of the former what it does to bristles and loads.
 pub(super) fn own_with_noise(
     times: f64,
@@ -63,4 +58,9 @@ pub(super) fn own_with_noise(
             Ok(Own::new(&nodes, &left_over, &white_nm.collect::<Vec<_>>()))
         })
         .unwrap_or_default()
+}
+
+/// What noise on the rotor makes of each node of a record, N m rms.
+fn rotor_noise_of_nodes_nm(record: &Record) -> f64 {
+    record.rotor_noise_nm * record.kernel.of_effort()
 }
