@@ -4,7 +4,7 @@ use super::axis_at::axis_at;
 use super::likelihood::quiet_noise;
 use super::regime::{Node, Regime, nodes};
 use super::tone::toneless;
-use crate::inverse::{Kernel, Model, Record, twins};
+use crate::inverse::{EFFORT, Kernel, Model, Record, twins};
 use bristle_plant::effect::Scale;
 use std::f64::consts::PI;
 
@@ -65,7 +65,7 @@ fn quiet(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Vec<Option<f6
 fn second_difference(kernel: Kernel) -> f64 {
     let of = |k: usize| {
         let waves = k as f64 / FREQUENCIES as f64;
-        (2.0 * (PI * waves).sin()).powi(4) * kernel.of_effort_at(waves)
+        (2.0 * (PI * waves).sin()).powi(4) * kernel.power(&EFFORT, waves)
     };
     (0..FREQUENCIES).map(of).sum::<f64>() / (6 * FREQUENCIES) as f64
 }

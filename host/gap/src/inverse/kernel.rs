@@ -48,11 +48,6 @@ impl Kernel {
         apart(0) + 2.0 * cosines.sum::<f64>()
     }
 
-    /// [Power](Self::power) of nodes of effort.
-    pub fn of_effort_at(self, waves: f64) -> f64 {
-        self.power(&EFFORT, waves)
-    }
-
     fn weights(self, seed: &[f64]) -> Vec<f64> {
         let mut weights = seed.to_vec();
         for _ in 0..3 {

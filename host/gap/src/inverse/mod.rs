@@ -18,7 +18,7 @@ pub use fit::{
     fit_roughly,
 };
 pub use follow::{Later, Rubbing, Running, left_over};
-pub use kernel::Kernel;
+pub use kernel::{EFFORT, Kernel};
 pub use model::{Added, DELAYS, Free, Model, OFFSET, Own, Owner, Point};
 pub use record::{Record, Stretch};
 pub use twin::twins;
