@@ -115,11 +115,7 @@ fn opened_cases_are_answered() {
             "effects",
             &["friction.thermal", "actuator.cogging"],
         ),
-        (
-            "46083",
-            "ambiguous",
-            &["mechanics.offset", "friction.asymmetry"],
-        ),
+        ("46083", "effect", &["mechanics.offset"]),
         ("46148", "effect", &["sensor.eccentricity"]),
         ("46126", "effect", &["actuator.cogging"]),
         ("47051", "effect", &["mechanics.compliance"]),

@@ -29,6 +29,9 @@ const TORQUE_WAVES: [&str; 3] = [
 /// With it the simulator's own start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
 
+/// Times in size by which two starts of an effect are far from each other.
+const FAR: f64 = 3.0;
+
 /// Part of the effort by which an effect changes how much of it arrives.
 const CHANGES_GAIN: f64 = 0.01;
 
@@ -54,6 +57,22 @@ impl Start {
             gain: 0.0,
             guessed: false,
         }
+    }
+}
+
+impl Start {
+    /// Whether another start of the effect is in another form, or so far from this one that a fit may come out elsewhere.
+    pub(super) fn leads_elsewhere(&self, other: &Self, entry: &Entry) -> bool {
+        let pairs = self.values.iter().zip(&other.values);
+        entry
+            .parameters
+            .iter()
+            .zip(pairs)
+            .any(|(parameter, (x, y))| match parameter.kind {
+                Kind::Size => !(1.0 / FAR..=FAR).contains(&(x / y)) && x != y,
+                Kind::Phase => false,
+                _ => x != y,
+            })
     }
 }
 
@@ -178,6 +197,11 @@ impl<'a> Background<'a> {
     /// What is left of a change once the model's own parameters have done what they can.
     pub fn beyond(&self, change: &DVector<f64>) -> DVector<f64> {
         change - &self.basis * (self.basis.tr_mul(change))
+    }
+
+    /// What the model's own parameters can do at these nodes, a column each.
+    pub(super) fn own_at(&self, nodes: &[usize]) -> DMatrix<f64> {
+        self.basis.select_rows(nodes).transpose()
     }
 
     fn with_values(&self, entry: &'static Entry, values: &[f64]) -> Model {

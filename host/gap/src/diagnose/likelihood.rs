@@ -1,11 +1,11 @@
 //! How well a rest is explained: noise by record and regime, and the density that a rest has under it.
 
-use super::own::Own;
+use super::own::{Error, Own};
 use super::regime::{Node, Regime};
 use super::tone::toneless;
+use super::white_noise::{BLOCK_S, coloured_noise, difference_noise};
 use crate::inverse::Record;
 use crate::signal::rms;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The noise of a record in a regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,12 +42,6 @@ const LONGEST_LAG: usize = 12;
 /// Noise of an effort is correlated over some 10 ms: the filters of its converter. What nodes so far apart have in common
 /// is no longer noise, s.
 const COLOUR_S: f64 = 0.02;
-/// Blocks in which noise is looked at, s.
-const BLOCK_S: f64 = 0.25;
-/// Part of the blocks that are quiet.
-const QUIET: f64 = 0.25;
-/// Fewest blocks that say how large noise is.
-const FEWEST_BLOCKS: usize = 8;
 
 /// A fit leaves at least this part of what is open: taking away the method's own error it would move parameters by it. A third
 /// is what the true parameters of an opened case left where its fit took a tenth; with all of it presliding says little of a play.
@@ -66,10 +60,13 @@ impl Noise {
         stiffness_nm_rad: f64,
         coulomb_nm: f64,
     ) -> Self {
-        let counts = |place: usize, regime| match regime {
-            Regime::Sliding => 0.0,
-            _ => (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
-                .min(0.5 * coulomb_nm),
+        let counts = |place: usize, regime| Error {
+            rms_nm: match regime {
+                Regime::Sliding => 0.0,
+                _ => (COUNT_ERROR * records[place].rad_per_count * stiffness_nm_rad)
+                    .min(0.5 * coulomb_nm),
+            },
+            white_nm: 0.0,
         };
         Self::with_method(records, nodes, left_over, inertia_kg_m2, None, counts)
     }
@@ -85,7 +82,7 @@ impl Noise {
         holds_nm: f64,
         own: &Own,
     ) -> Self {
-        let of_method = |place, regime| own.rms_nm(place, regime);
+        let of_method = |place, regime| own.of(place, regime);
         let mut noise = Self::with_method(
             records,
             nodes,
@@ -108,7 +105,7 @@ impl Noise {
         left_over: &[f64],
         inertia_kg_m2: f64,
         holds_nm: Option<f64>,
-        of_method: impl Fn(usize, Regime) -> f64,
+        of_method: impl Fn(usize, Regime) -> Error,
     ) -> Self {
         let members_of = |values: &[f64], place: usize, of: &dyn Fn(Regime) -> bool| {
             let counts = |node: &Node| node.record == place && of(node.regime) && !node.excluded;
@@ -145,10 +142,14 @@ impl Noise {
                     .max(coloured);
                 let robust = robust_rms(&members);
                 let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
-                let method_nm = of_method(place, regime);
+                let method = of_method(place, regime);
                 // Differences of effort that a stiff control makes alternate are no noise: the fit does not leave them over.
                 let noise_nm = if holds_nm.is_some() && members.len() as f64 > TELLS {
-                    closed.min((robust * robust - method_nm * method_nm).max(0.0).sqrt())
+                    closed.min(
+                        (robust * robust - method.rms_nm * method.rms_nm)
+                            .max(0.0)
+                            .sqrt(),
+                    )
                 } else {
                     closed
                 };
@@ -156,7 +157,12 @@ impl Noise {
                     Regime::Sliding => 0.0,
                     _ => holds_nm.unwrap_or(0.0),
                 };
-                let open_nm = noise_nm.max(white).hypot(method_nm).max(held_nm);
+                // The method's own white error is in the noise of encoder and rest already.
+                let open_nm = noise_nm
+                    .max(white)
+                    .max(method.white_nm)
+                    .hypot(method.slow_nm())
+                    .max(held_nm);
                 let floor_nm = open_nm.min(robust);
                 groups[place][regime as usize] = Group {
                     nodes: members.len(),
@@ -188,7 +194,7 @@ impl Noise {
     pub fn at_least(mut self, own: &Own) -> Self {
         for (place, groups) in self.groups.iter_mut().enumerate() {
             for (group, regime) in groups.iter_mut().zip(Regime::ALL) {
-                group.open_nm = group.open_nm.max(own.rms_nm(place, regime));
+                group.open_nm = group.open_nm.max(own.of(place, regime).rms_nm);
             }
         }
         self
@@ -353,54 +359,6 @@ impl Noise {
     }
 }
 
-/// White noise of nodes that follow each other, from their differences; the median, so that single moments do not count.
-fn difference_noise(members: &[(usize, f64)]) -> f64 {
-    let mut differences: Vec<f64> = members
-        .windows(2)
-        .filter(|pair| pair[1].0 == pair[0].0 + 1)
-        .map(|pair| (pair[1].1 - pair[0].1).abs())
-        .collect();
-    median(&mut differences) / 0.6745 / 2.0_f64.sqrt()
-}
-
-/// White noise of nodes so long apart that follow each other, as in quiet blocks; nothing where there are too few.
-pub(super) fn quiet_noise(members: &[(usize, f64)], node_s: f64) -> Option<f64> {
-    coloured_noise(members, 1, (BLOCK_S / node_s).round() as usize)
-}
-
-/// Noise that is correlated for a while, from second differences of nodes so many apart, in the quiet blocks of a record:
-/// noise is there all the time, and what a model lacks is not. Nothing where there are too few such blocks.
-fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usize) -> Option<f64> {
-    if apart == 0 {
-        return None;
-    }
-    let mut blocks: Vec<f64> = members
-        .chunks(block)
-        .filter_map(|members| {
-            let (sum, count) = members
-                .windows(2 * apart + 1)
-                .filter(|three| three[2 * apart].0 == three[0].0 + 2 * apart)
-                .map(|three| three[0].1 - 2.0 * three[apart].1 + three[2 * apart].1)
-                .fold((0.0, 0), |(sum, count), d| (sum + d * d, count + 1));
-            (2 * count > block).then(|| sum / count as f64 / 6.0 / quiet_one(count, apart))
-        })
-        .collect();
-    if blocks.len() < FEWEST_BLOCKS {
-        return None;
-    }
-    let quiet = (QUIET * blocks.len() as f64) as usize;
-    let (_, square, _) = blocks.select_nth_unstable_by(quiet, f64::total_cmp);
-    Some(square.sqrt())
-}
-
-/// What the mean of so many squares of second differences of normal noise is in a quiet block, as a share of its variance.
-/// Those within `apart` nodes say the same, and the next ones share two of three values: their correlations of -2/3 and
-/// 1/6 leave the freedom of 0.52 of them.
-fn quiet_one(count: usize, apart: usize) -> f64 {
-    let freedom = 0.52 * count as f64 / apart as f64;
-    ChiSquared::new(freedom).map_or(1.0, |squares| squares.inverse_cdf(QUIET) / freedom)
-}
-
 /// Root-mean-square without the largest hundredth.
 fn robust_rms(members: &[(usize, f64)]) -> f64 {
     let mut squares: Vec<f64> = members.iter().map(|(_, r)| r * r).collect();
@@ -410,14 +368,6 @@ fn robust_rms(members: &[(usize, f64)]) -> f64 {
         return 0.0;
     }
     (squares[..kept].iter().sum::<f64>() / kept as f64).sqrt()
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Nodes that say the same once: 1 + 2 sum of the correlations until the first that is not positive. At rest an error

@@ -25,6 +25,7 @@ mod next;
 mod null;
 mod own;
 mod play;
+mod refitted;
 mod regime;
 mod report;
 mod reproduce;
@@ -44,6 +45,7 @@ mod tone;
 mod tried;
 mod verdict;
 mod waves;
+mod white_noise;
 mod windows;
 mod words;
 
@@ -56,11 +58,14 @@ pub use likelihood::{Group, Noise};
 pub use locate::Region;
 pub use maps::{Map, Maps, maps};
 pub use next::{Proposal, next};
+pub use refitted::DOUBT;
+use refitted::Refitted;
 pub use regime::{Node, Regime, nodes};
 pub use report::{Context, report};
 pub use reproduce::{Reproduced, reproduced};
 pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
-pub use search::{DOUBT, catalogue, search};
+pub use search::catalogue;
+use search::search;
 pub use tried::{Null, Search};
 pub use verdict::{Kind, Verdict};
 
@@ -106,7 +111,13 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<Outcome, InputError> {
-    let sound = sound::sound(logs, axis, believed, &options.catalogue)?;
+    let sound_for = |friction: &Believed| sound::sound(logs, axis, friction, &options.catalogue);
+    let mut sound = sound_for(believed)?;
+    let mut refitted = Refitted::new(std::mem::take(&mut sound.records), believed)?;
+    if let Some(found) = refitted.prepared_for(believed) {
+        sound = sound_for(&found)?;
+        refitted = Refitted::new(std::mem::take(&mut sound.records), believed)?;
+    }
     let mut catalogue = if sound.moves {
         options.catalogue.clone()
     } else {
@@ -115,7 +126,7 @@ pub fn diagnose(
     if let Some(lost) = &sound.lost {
         catalogue.retain(|entry| entry.id != lost.added.entry.id);
     }
-    let mut search = search(sound.records, believed, &catalogue, progress)?;
+    let mut search = search(refitted, &catalogue, progress)?;
     if let Some(lost) = &sound.lost {
         lost.accuse(&mut search, &options.catalogue)?;
     }

@@ -1,29 +1,62 @@
 //! The method's own error.
 
 use super::regime::{Node, Regime};
+use super::white_noise::difference_noise;
+use crate::signal::rms;
+
+/// The error in a record and regime.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Error {
+    /// All of it, N m rms.
+    pub rms_nm: f64,
+    /// The part that differs from node to node as noise does, N m rms.
+    pub white_nm: f64,
+}
+
+impl Error {
+    /// The part that lasts for some nodes, or for few moments, N m rms.
+    pub fn slow_nm(self) -> f64 {
+        (self.rms_nm.powi(2) - self.white_nm.powi(2))
+            .max(0.0)
+            .sqrt()
+    }
+
+    fn or_less(self, other: Self) -> Self {
+        if other.rms_nm < self.rms_nm {
+            other
+        } else {
+            self
+        }
+    }
+}
 
 /// What the method leaves over of an axis that is exactly the model and whose effort is measured exactly, by record and
 /// regime: coarse positions and smoothing, and what noise on the rotor does to bristles and loads that the motion does not show.
 #[derive(Clone, Debug, Default)]
-pub struct Own(Vec<[f64; 3]>);
+pub struct Own(Vec<[Error; 3]>);
 
 impl Own {
     /// From records of such an axis, less the white noise that each of its nodes has, N m rms.
     pub fn new(nodes: &[Node], left_over: &[f64], white_nm: &[f64]) -> Self {
-        let mut sums = vec![[(0.0, 0.0); 3]; white_nm.len()];
-        for (node, r) in nodes.iter().zip(left_over).filter(|(n, _)| !n.excluded) {
-            let (square, count) = &mut sums[node.record][node.regime as usize];
-            *square += r * r;
-            *count += 1.0;
-        }
-        let rms = |white_nm: f64, (square, count): (f64, f64)| {
-            let square = square / f64::max(count, 1.0);
-            (square - white_nm * white_nm).max(0.0).sqrt()
+        let of = |place: usize, regime: Regime| {
+            let counts =
+                |node: &Node| !node.excluded && node.record == place && node.regime == regime;
+            let all = nodes.iter().zip(left_over).enumerate();
+            let members: Vec<(usize, f64)> = all
+                .filter(|(_, (node, _))| counts(node))
+                .map(|(at, (_, &r))| (at, r))
+                .collect();
+            let noise_nm = white_nm[place];
+            let less_noise = |rms: f64| (rms * rms - noise_nm * noise_nm).max(0.0).sqrt();
+            Error {
+                rms_nm: less_noise(rms(members.iter().map(|(_, r)| *r))),
+                white_nm: less_noise(difference_noise(&members)),
+            }
         };
-        let groups = sums.into_iter().zip(white_nm);
+        let places = 0..white_nm.len();
         Self(
-            groups
-                .map(|(groups, &white_nm)| groups.map(|sums| rms(white_nm, sums)))
+            places
+                .map(|place| Regime::ALL.map(|regime| of(place, regime)))
                 .collect(),
         )
     }
@@ -32,8 +65,8 @@ impl Own {
     #[must_use]
     pub fn or_less(mut self, other: &Self) -> Self {
         for (groups, others) in self.0.iter_mut().zip(&other.0) {
-            for (rms, other) in groups.iter_mut().zip(others) {
-                *rms = rms.min(*other);
+            for (error, &other) in groups.iter_mut().zip(others) {
+                *error = error.or_less(other);
             }
         }
         self
@@ -43,19 +76,22 @@ impl Own {
     #[must_use]
     pub fn middle(one: &Self, other: &Self, third: &Self) -> Self {
         let groups = one.0.iter().zip(&other.0).zip(&third.0);
-        let middle = |a: f64, b: f64, c: f64| a.min(b).max(a.max(b).min(c));
+        let middle = |mut of: [Error; 3]| {
+            of.sort_by(|a, b| a.rms_nm.total_cmp(&b.rms_nm));
+            of[1]
+        };
         Self(
             groups
-                .map(|((a, b), c)| [0, 1, 2].map(|at| middle(a[at], b[at], c[at])))
+                .map(|((a, b), c)| [0, 1, 2].map(|at| middle([a[at], b[at], c[at]])))
                 .collect(),
         )
     }
 
-    /// N m; none where nothing is known.
-    pub(super) fn rms_nm(&self, record: usize, regime: Regime) -> f64 {
+    /// None where nothing is known.
+    pub(super) fn of(&self, record: usize, regime: Regime) -> Error {
         self.0
             .get(record)
-            .map_or(0.0, |groups| groups[regime as usize])
+            .map_or_else(Error::default, |groups| groups[regime as usize])
     }
 }
 
@@ -65,10 +101,15 @@ mod tests {
 
     #[test]
     fn the_middle_one_is_neither_the_least_nor_the_most() {
-        let [one, other, third] =
-            [[1.0, 5.0, 2.0], [2.0, 4.0, 2.0], [3.0, 6.0, 1.0]].map(|groups| Own(vec![groups]));
-        assert_eq!(Own::middle(&one, &other, &third).0, [[2.0, 5.0, 2.0]]);
-        assert_eq!(Own::middle(&third, &one, &other).0, [[2.0, 5.0, 2.0]]);
-        assert_eq!(one.or_less(&other).0, [[1.0, 4.0, 2.0]]);
+        let of = |rms: [f64; 3]| {
+            Own(vec![rms.map(|rms_nm| Error {
+                rms_nm,
+                white_nm: 0.5 * rms_nm,
+            })])
+        };
+        let [one, other, third] = [[1.0, 5.0, 2.0], [2.0, 4.0, 2.0], [3.0, 6.0, 1.0]].map(of);
+        assert_eq!(Own::middle(&one, &other, &third).0, of([2.0, 5.0, 2.0]).0);
+        assert_eq!(Own::middle(&third, &one, &other).0, of([2.0, 5.0, 2.0]).0);
+        assert_eq!(one.or_less(&other).0, of([1.0, 4.0, 2.0]).0);
     }
 }

@@ -1,9 +1,9 @@
 //! Torque noise on the rotor that no effort shows: under it bristles creep and a load bounces otherwise than the motion tells.
 
 use super::axis_at::axis_at;
-use super::likelihood::quiet_noise;
 use super::regime::{Node, Regime, nodes};
 use super::tone::toneless;
+use super::white_noise::quiet_noise;
 use crate::inverse::{EFFORT, Kernel, Model, Record, twins};
 use bristle_plant::effect::Scale;
 use std::f64::consts::PI;

@@ -10,9 +10,7 @@ use rayon::prelude::*;
 
 /// So many of the best fits go on until they stand still.
 const SETTLED: usize = 3;
-/// Starts that a fit is tried from.
-const STARTS: usize = 2;
-/// A second start is worth a fit if it promises this part of what the first one does.
+/// A second start is worth a fit if it promises this part of what the first one does, and is no start of the same fit.
 const CLOSE: f64 = 0.6;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
 pub(super) const WORTH_A_FIT: f64 = 12.0;
@@ -83,10 +81,11 @@ pub(super) fn fit_best(
     let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()
         .flat_map(|(entry, starts)| {
-            let close = |start: &&Start| start.gain > CLOSE * gain(starts);
-            let first = starts.iter().take(1);
-            let close = starts.iter().take(STARTS).skip(1).filter(close);
-            first.chain(close).map(|start| (*entry, start))
+            let second = starts.iter().find(|start| {
+                start.gain > CLOSE * gain(starts) && starts[0].leads_elsewhere(start, entry)
+            });
+            let first = starts.first();
+            first.into_iter().chain(second).map(|start| (*entry, start))
         })
         .collect();
     let mut further = Vec::new();

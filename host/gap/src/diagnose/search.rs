@@ -9,25 +9,19 @@ use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
 use super::look_again::look_again;
 use super::null::nulls;
 use super::own::Own;
-use super::regime::nodes;
-use super::rotor_noise::put_rotor_noise;
-use super::round::{Compared, MOST_ROUNDS, Round, WORTH_A_ROUND, noise_of_best};
+use super::refitted::Refitted;
+use super::round::{Compared, Round, noise_of_best};
 use super::screen::gain;
 use super::single::Ground;
 use super::tried::Search;
 use super::verdict::{Kind, verdict};
-use crate::believed::Believed;
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, Record, fit, scale};
+use crate::inverse::Model;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry};
-use std::sync::Arc;
 
 /// Of so many it is asked what they gain where they are not.
 const NULLS: usize = 3;
-/// Standard deviation of a parameter of the axis file, as a share of it.
-pub const DOUBT: f64 = 0.15;
-
 /// It comes once a turn, which a linear axis does not know: any wave over its stroke is a cogging.
 const ONCE_A_TURN: &str = "mechanics.unbalance";
 
@@ -36,22 +30,25 @@ pub fn catalogue() -> Vec<&'static Entry> {
     ALL.iter().collect()
 }
 
-/// Searches. `catalogue` is what may be accused; `progress` is called with the share done.
+/// Searches beside the refitted simulator. `catalogue` is what may be accused; `progress` is called with the share done.
 ///
 /// # Errors
 /// The friction model refuses the parameters of the axis file.
 pub fn search(
-    mut records: Vec<Record>,
-    believed: &Believed,
+    refitted: Refitted,
     catalogue: &[&'static Entry],
     progress: &dyn Fn(f64),
 ) -> Result<Search, InputError> {
-    let scale = scale(believed, &records);
-    let nodes = nodes(&records, scale.z_ss_rad);
-    let model = Model::base(believed, &records, DOUBT)?;
-    let as_given = model.left_over(&records, &model.start())?;
-    put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
-    let records: Arc<[Record]> = records.into();
+    let Refitted {
+        records,
+        scale,
+        nodes,
+        model,
+        as_given,
+        own_as_given,
+        weights: old,
+        fitted,
+    } = refitted;
     let ground = Ground {
         records: &records,
         nodes: &nodes,
@@ -61,8 +58,6 @@ pub fn search(
     let noise_of =
         |left_over: &[f64], own: &Own| noise_of(&model, &records, &nodes, left_over, own);
     let own_of = |model: &Model, at: &[f64]| own_left_over(model, at, &records, &scale);
-    let own_as_given = own_of(&model, &model.start());
-    let (old, fitted) = refit(&ground, &as_given, &own_as_given)?;
     let own = own_of(&model, &fitted.at);
     let noise = noise_of(&fitted.left_over, &own);
     progress(0.1);
@@ -137,34 +132,6 @@ pub fn search(
     }
     progress(1.0);
     Ok(search)
-}
-
-/// The simulator alone, and the weights of its nodes.
-///
-/// # Errors
-/// The friction model refuses the parameters of the axis file.
-fn refit(ground: &Ground<'_>, as_given: &[f64], own: &Own) -> Result<(Vec<f64>, Fit), InputError> {
-    let &Ground {
-        records,
-        nodes,
-        model,
-        ..
-    } = ground;
-    let noise_of = |left_over: &[f64]| noise_of(model, records, nodes, left_over, own);
-    let mut weights = noise_of(as_given).weights(nodes);
-    let mut fitted = fit(model, records, &weights, model.start())?;
-    let mut before = f64::NEG_INFINITY;
-    for _ in 0..MOST_ROUNDS {
-        let noise = noise_of(&fitted.left_over);
-        weights = noise.weights(nodes);
-        fitted = fit(model, records, &weights, fitted.at)?;
-        let density = noise.log_density(nodes, &fitted.left_over);
-        if density - before < WORTH_A_ROUND {
-            break;
-        }
-        before = density;
-    }
-    Ok((weights, fitted))
 }
 
 /// Whether a second look ends at an effect, or at two that leave nothing: a pair that leaves something stands for what it is not.

@@ -6,7 +6,7 @@ use super::likelihood::Noise;
 use super::regime::Node;
 use super::screen::{Tried, fit_best, screen};
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
+use crate::inverse::{Fit, Free, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
 use bristle_plant::effect::{Entry, Scale};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -227,8 +227,12 @@ pub(super) fn no_worse(
 /// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
 /// has to be looked for from what was believed.
 fn strayed(model: &Model, at: &[f64]) -> bool {
-    model.free.iter().zip(at).any(|(free, x)| {
-        matches!(free.owner, Owner::Own(own) if own != Own::Skew)
-            && (x - free.center).abs() > STRAYS * free.spread
+    model.free.iter().zip(at).any(|(free, &x)| {
+        matches!(free.owner, Owner::Own(own) if own != Own::Skew) && strays(free, x)
     })
+}
+
+/// Whether a parameter lies there.
+pub(super) fn strays(free: &Free, x: f64) -> bool {
+    (x - free.center).abs() > STRAYS * free.spread
 }

@@ -3,10 +3,10 @@
 use super::candidate::Background;
 use crate::signal::fourier;
 use bristle_plant::Unit;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Lines that are looked at more closely: what the simulator's own parameters have taken of a line its power does not tell.
+/// Lines that are looked at more closely.
 const LINES: usize = 8;
 /// Most lines of a spectrum: a finer one only costs time.
 const MOST_LINES: f64 = 4000.0;
@@ -14,7 +14,8 @@ const MOST_LINES: f64 = 4000.0;
 pub(super) const PADDED: usize = 4;
 /// A wave of which the kernel leaves less is not seen.
 const LEAST_LEFT: f64 = 0.1;
-/// Lines after which an angle is computed anew.
+/// Lines after which an angle is computed anew. Of so many slow ones the power is what the simulator's own parameters have not taken: they
+/// take nearly all of a wave that is passed slowly, and hardly anything of faster ones.
 const TURNED: usize = 64;
 /// Points whose waves are kept at hand at once.
 const TOGETHER: usize = 256;
@@ -48,10 +49,13 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
         Unit::Rotary => 1.0,
         Unit::Linear => 0.3 / (scale.highest_rad - scale.lowest_rad).max(1e-9),
     };
-    let nodes = background.nodes.iter().enumerate();
-    let points: Vec<(f64, f64, f64, f64)> = nodes
-        .filter(|&(i, _)| background.weights[i] > 0.0)
-        .map(|(i, node)| {
+    let counts: Vec<usize> = (0..background.nodes.len())
+        .filter(|&i| background.weights[i] > 0.0)
+        .collect();
+    let points: Vec<(f64, f64, f64, f64)> = counts
+        .iter()
+        .map(|&i| {
+            let node = &background.nodes[i];
             let record = &background.records[node.record];
             let stretch = &record.stretches[node.stretch];
             let advance = stretch.velocity_rad_s[node.sample] * record.step_s;
@@ -63,7 +67,8 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
             )
         })
         .collect();
-    lines(&points, range, step)
+    let own = background.own_at(&counts);
+    lines(&points, &own, range, step)
 }
 
 /// Frequencies, most power first, with a phase of its own for each record.
@@ -174,17 +179,18 @@ fn peaks(power: &[f64]) -> impl Iterator<Item = usize> {
     peaks.into_iter().take(LINES)
 }
 
-/// `set` holds angle, angle that a running mean spans, multiplier and rest at each node that counts.
-fn lines(set: &[(f64, f64, f64, f64)], range: [f64; 2], step: f64) -> Vec<f64> {
+/// `set` holds angle, angle that a running mean spans, multiplier and rest at each node that counts; `own` has a column for each of those,
+/// what the simulator's own parameters can do there.
+fn lines(set: &[(f64, f64, f64, f64)], own: &DMatrix<f64>, range: [f64; 2], step: f64) -> Vec<f64> {
     let step = step.max((range[1] - range[0]) / MOST_LINES);
     let count = ((range[1] - range[0]) / step).floor() as usize + 1;
     let power: Vec<f64> = (0..count.div_ceil(TURNED))
         .into_par_iter()
         .flat_map_iter(|part| {
             let from = part * TURNED;
-            let mut power = vec![0.0; TURNED.min(count - from)];
-            add_power(set, range[0] + from as f64 * step, step, &mut power);
-            power
+            let lines = TURNED.min(count - from);
+            let own = (part == 0).then_some(own);
+            power(set, own, range[0] + from as f64 * step, step, lines)
         })
         .collect();
     peaks(&power).map(|i| range[0] + i as f64 * step).collect()
@@ -218,10 +224,19 @@ impl Turning {
     }
 }
 
-/// Adds what a wave takes of a set's rest, for lines from `first` on.
-fn add_power(set: &[(f64, f64, f64, f64)], first: f64, step: f64, power: &mut [f64]) {
-    let mut sums = vec![[0.0; 5]; power.len()];
-    for points in set.chunks(TOGETHER) {
+/// What a wave takes of a set's rest beyond what `own` can do, for so many lines from `first` on.
+fn power(
+    set: &[(f64, f64, f64, f64)],
+    own: Option<&DMatrix<f64>>,
+    first: f64,
+    step: f64,
+    lines: usize,
+) -> Vec<f64> {
+    let parameters = own.map_or(0, DMatrix::nrows);
+    let mut sums = vec![[0.0; 5]; lines];
+    let mut taken = vec![[DVector::zeros(parameters), DVector::zeros(parameters)]; lines];
+    let mut of_rest = DVector::zeros(parameters);
+    for (part, points) in set.chunks(TOGETHER).enumerate() {
         let mut waves: Vec<(Turning, Turning)> = points
             .iter()
             .map(|&(angle, span, ..)| {
@@ -231,9 +246,17 @@ fn add_power(set: &[(f64, f64, f64, f64)], first: f64, step: f64, power: &mut [f
                 )
             })
             .collect();
-        for (i, sum) in sums.iter_mut().enumerate() {
+        let own = own.map(|own| own.columns(part * TOGETHER, points.len()));
+        if let Some(own) = &own {
+            for (&(.., rest), own) in points.iter().zip(own.column_iter()) {
+                of_rest.axpy(rest, &own, 1.0);
+            }
+        }
+        for (i, (sum, [by_sine, by_cosine])) in sums.iter_mut().zip(&mut taken).enumerate() {
             let line = first + i as f64 * step;
-            for ((wave, across), &(_, span, times, rest)) in waves.iter_mut().zip(points) {
+            for (at, ((wave, across), &(_, span, times, rest))) in
+                waves.iter_mut().zip(points).enumerate()
+            {
                 let half = 0.5 * line * span;
                 // The kernel's three running means each leave sin(x)/x of a wave.
                 let left = if half.abs() < 1e-3 {
@@ -255,14 +278,21 @@ fn add_power(set: &[(f64, f64, f64, f64)], first: f64, step: f64, power: &mut [f
                 sum[2] += b * b;
                 sum[3] -= a * rest;
                 sum[4] -= b * rest;
+                if let Some(own) = &own {
+                    by_sine.axpy(a, &own.column(at), 1.0);
+                    by_cosine.axpy(b, &own.column(at), 1.0);
+                }
                 wave.turn();
                 across.turn();
             }
         }
     }
-    for (power, [aa, ab, bb, ar, br]) in power.iter_mut().zip(sums) {
-        *power += solve(aa, ab, bb, ar, br).map_or(0.0, |(_, _, gain)| gain);
-    }
+    let of_line = |([aa, ab, bb, ar, br], [a, b]): ([f64; 5], [DVector<f64>; 2])| {
+        let (aa, ab, bb) = (aa - a.norm_squared(), ab - a.dot(&b), bb - b.norm_squared());
+        let taken = solve(aa, ab, bb, ar + a.dot(&of_rest), br + b.dot(&of_rest));
+        taken.map_or(0.0, |(_, _, gain)| gain)
+    };
+    sums.into_iter().zip(taken).map(of_line).collect()
 }
 
 #[cfg(test)]
@@ -289,8 +319,34 @@ mod tests {
                 (angle, 0.01, 1.0, (17.0 * angle + 0.4).sin())
             })
             .collect();
-        let found = lines(&set, [1.0, 200.0], 1.0);
+        let found = lines(&set, &DMatrix::zeros(0, set.len()), [1.0, 200.0], 1.0);
         assert!((found[0] - 17.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn finds_a_slow_line_of_which_little_is_left() {
+        // A third of a turn: a straight line takes nearly all of a wave of one a turn.
+        let angle = |k: i32| 2.0 * f64::from(k) / 3000.0;
+        let count = 3000;
+        let own = DMatrix::from_fn(2, count, |i, k| {
+            let x = 2.0 * k as f64 / count as f64 - 1.0;
+            [1.0, 3.0_f64.sqrt() * x][i] / (count as f64).sqrt()
+        });
+        let wave = DVector::from_iterator(count, (0..count as i32).map(|k| angle(k).sin()));
+        let rest = &wave - own.transpose() * (&own * &wave);
+        // Beside it a faster one, of which all is left.
+        let fast = 0.5 * rest.norm() / wave.norm();
+        let set: Vec<(f64, f64, f64, f64)> = (0..count as i32)
+            .map(|k| {
+                let faster = fast * (40.0 * angle(k)).sin();
+                (angle(k), 0.01, 1.0, -rest[k as usize] - faster)
+            })
+            .collect();
+        let first = |own: &DMatrix<f64>| lines(&set, own, [1.0, 200.0], 1.0)[0];
+        // A wave of two a turn is as good a curve there as one of one.
+        assert!(first(&own) < 2.5, "{}", first(&own));
+        // Of what is left of it a faster one takes more.
+        assert!(first(&DMatrix::zeros(0, count)) > 2.5);
     }
 
     #[test]

@@ -31,6 +31,9 @@ const OTHER_FORM: usize = 12;
 /// what that promises.
 const PROMISES: f64 = 0.25;
 
+/// Effect whose wave shows with acceleration, and with the square of speed.
+const VARIES_INERTIA: &str = "mechanics.inertia_change";
+
 impl Background<'_> {
     /// The best starts of an effect, best first.
     pub fn starts(&self, entry: &'static Entry) -> Vec<Start> {
@@ -307,19 +310,25 @@ impl Background<'_> {
         values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
         values[line] = 0.0;
         values[phase] = std::f64::consts::FRAC_PI_2;
-        let still = if entry.block() == "sensor" {
+        let by_speed = || self.weighted(&self.squared_speeds());
+        let lines = if entry.block() == "sensor" {
             // A wave of the sensor shows through acceleration: with the square of speed.
-            Some(self.weighted(&self.squared_speeds()))
+            spectrum::in_angle(self, &by_speed(), [low, high])
         } else {
-            self.change(entry, &values, false)
-        };
-        let Some(still) = still else {
-            return Vec::new();
-        };
-        let lines = if in_time {
-            spectrum::in_time(self, &still, [low, high])
-        } else {
-            spectrum::in_angle(self, &still, [low, high])
+            let Some(still) = self.change(entry, &values, false) else {
+                return Vec::new();
+            };
+            if in_time {
+                spectrum::in_time(self, &still, [low, high])
+            } else {
+                let mut lines = spectrum::in_angle(self, &still, [low, high]);
+                if entry.id == VARIES_INERTIA {
+                    lines.extend(spectrum::in_angle(self, &by_speed(), [low, high]));
+                    lines.sort_by(f64::total_cmp);
+                    lines.dedup();
+                }
+                lines
+            }
         };
         lines
             .into_iter()
