@@ -100,6 +100,33 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_differs_from_node_to_node_is_white() {
+        let nodes: Vec<Node> = (0..400)
+            .map(|sample| Node {
+                record: 0,
+                stretch: 0,
+                sample,
+                regime: Regime::Sliding,
+                excluded: false,
+                fold: 0,
+            })
+            .collect();
+        let error = |of: fn(usize) -> f64| {
+            let left_over: Vec<f64> = (0..nodes.len()).map(of).collect();
+            Own::new(&nodes, &left_over, &[0.0]).of(0, Regime::Sliding)
+        };
+        let slow = error(|k| (0.01 * k as f64).sin());
+        assert!(slow.white_nm < 0.02 * slow.rms_nm, "{slow:?}");
+        assert!(slow.slow_nm() > 0.99 * slow.rms_nm, "{slow:?}");
+        // A wave of five nodes differs by 1.18 of its rms between neighbours, 0.83 of what white noise does.
+        let fast = error(|k| (1.2566 * k as f64 + 0.3).sin());
+        assert!(
+            (0.6..1.2).contains(&(fast.white_nm / fast.rms_nm)),
+            "{fast:?}"
+        );
+    }
+
+    #[test]
     fn the_middle_one_is_neither_the_least_nor_the_most() {
         let of = |rms: [f64; 3]| {
             Own(vec![rms.map(|rms_nm| Error {
