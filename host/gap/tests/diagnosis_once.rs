@@ -1,5 +1,5 @@
 //! What acts once in all logs is named, though no other part of the data tells of it; what cuts few moments, though others gain more below
-//! what is open.
+//! what is open; and waves whose order a spectrum of the plain rest does not show.
 
 mod trials;
 
@@ -29,4 +29,18 @@ fn a_limit_is_kept_beside_what_gains_below_what_is_open() {
     let there = "actuator.saturation";
     let all: Vec<&str> = catalogue().iter().map(|entry| entry.id).collect();
     names_alone(&drawn_with(11755, &[there], 1.0), &all, there);
+}
+
+#[test]
+fn an_inertia_over_position_shows_at_a_steady_speed() {
+    let there = "mechanics.inertia_change";
+    let trial = drawn_with(13352, &[there], 1.0);
+    names_alone(&trial, &[there, "actuator.cogging"], there);
+}
+
+#[test]
+fn a_slow_wave_shows_beside_what_the_simulator_has_taken_of_it() {
+    let there = "friction.position";
+    let trial = drawn_with(13375, &[there], 1.0);
+    names_alone(&trial, &[there, "actuator.cogging"], there);
 }
