@@ -44,6 +44,11 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
+/// Root mean square of what is left of a whole once an independent part of it is gone; zero where the part is larger.
+pub fn rms_beside(whole: f64, part: f64) -> f64 {
+    (whole * whole - part * part).max(0.0).sqrt()
+}
+
 /// Sum of squares, each value times its weight.
 pub fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
     let weighted = values.iter().zip(weights);

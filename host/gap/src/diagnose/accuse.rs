@@ -6,6 +6,7 @@ use super::likelihood::Noise;
 use super::play::springs;
 use super::regime::{Node, Regime};
 use super::tried::{Null, Search};
+use crate::signal::rms_beside;
 use bristle_plant::effect::Entry;
 
 /// Nats that an effect must gain before it is accused: the price of choosing among some thirty, each from many starts. Of
@@ -300,18 +301,13 @@ pub(super) fn foremost<'a>(single: &'a [Hypothesis], base: &Hypothesis) -> Optio
 
 /// Whether beside an effect enough is left of the gap for a second one to be believed.
 pub(super) fn leaves_room(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
-    contribution(noise.times_open(nodes, single), 1.0) > ROOM
+    rms_beside(noise.times_open(nodes, single), 1.0) > ROOM
         || noise.rms_times_open(nodes, single, &[Regime::Sliding]) > UNKNOWN_SLIDING
 }
 
 /// The same in few moments.
 pub(super) fn leaves_moments(noise: &Noise, nodes: &[Node], single: &[f64]) -> bool {
     noise.rms_times_open(nodes, single, &Regime::MOVING) > MOMENTS[0]
-}
-
-/// What was taken away, were it independent of what is left.
-pub(super) fn contribution(before: f64, after: f64) -> f64 {
-    (before * before - after * after).max(0.0).sqrt()
 }
 
 /// Share of the gap that was taken away, both in times of what is open.

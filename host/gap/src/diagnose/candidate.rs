@@ -4,6 +4,7 @@
 //! well, is laid against the rest. Only the best starts are then fitted.
 
 use super::regime::Node;
+use super::starts::IN_PROPORTION;
 use crate::error::InputError;
 use crate::inverse::{
     Added, Fit, Free, Model, Own, Owner, Record, Rubbing, STANDS_STILL, coarser, fit_near_until,
@@ -28,9 +29,6 @@ const TORQUE_WAVES: [&str; 3] = [
 ];
 /// With it the simulator's own start so many times stiffer.
 const MAKES_ROOM: f64 = 4.0;
-
-/// Times in size by which two starts of an effect are far from each other.
-const FAR: f64 = 3.0;
 
 /// Part of the effort by which an effect changes how much of it arrives.
 const CHANGES_GAIN: f64 = 0.01;
@@ -58,9 +56,7 @@ impl Start {
             guessed: false,
         }
     }
-}
 
-impl Start {
     /// Whether another start of the effect is in another form, or so far from this one that a fit may come out elsewhere.
     pub(super) fn leads_elsewhere(&self, other: &Self, entry: &Entry) -> bool {
         let pairs = self.values.iter().zip(&other.values);
@@ -69,7 +65,7 @@ impl Start {
             .iter()
             .zip(pairs)
             .any(|(parameter, (x, y))| match parameter.kind {
-                Kind::Size => !(1.0 / FAR..=FAR).contains(&(x / y)) && x != y,
+                Kind::Size => !(1.0 / IN_PROPORTION..=IN_PROPORTION).contains(&(x / y)) && x != y,
                 Kind::Phase => false,
                 _ => x != y,
             })

@@ -4,7 +4,7 @@ use super::accuse::{
     ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
     LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE,
     TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
-    below_open, brings_bristles, choose, contribution, explained, follows_acceleration, leaves,
+    below_open, brings_bristles, choose, explained, follows_acceleration, leaves,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
@@ -14,6 +14,7 @@ use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::Owner;
+use crate::signal::rms_beside;
 use bristle_plant::effect::Kind;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
@@ -73,10 +74,10 @@ impl<'a> Chosen<'a> {
             _ => None,
         };
         let (nats, may_take) = null.map_or((0.0, 0.0), |null| {
-            (null.may_gain(), contribution(null.times[0], null.times[1]))
+            (null.may_gain(), rms_beside(null.times[0], null.times[1]))
         });
         let matters =
-            |[before, after]: [f64; 2]| contribution(before, after) > MATTERS.hypot(may_take);
+            |[before, after]: [f64; 2]| rms_beside(before, after) > MATTERS.hypot(may_take);
         let evidence = best.log_evidence() - search.base.log_evidence() - nats;
         let [before, after] = self.rms_times;
         let of_moments = matters(self.rms_times)
@@ -140,7 +141,7 @@ impl<'a> Chosen<'a> {
         let search = self.search;
         let of_given = search.noise.clone().at_least(&search.own_as_given);
         let given = of_given.times_open(&search.nodes, &search.as_given);
-        contribution(given, times) > MOVE_MATTERS
+        rms_beside(given, times) > MOVE_MATTERS
     }
 
     /// Whether positions show it by themselves, whatever else is there.

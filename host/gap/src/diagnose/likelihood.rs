@@ -1,11 +1,11 @@
 //! How well a rest is explained: noise by record and regime, and the density that a rest has under it.
 
 use super::own::{Error, Own};
-use super::regime::{Node, Regime};
+use super::regime::{Node, Regime, members};
 use super::tone::toneless;
 use super::white_noise::{BLOCK_S, coloured_noise, difference_noise};
 use crate::inverse::Record;
-use crate::signal::rms;
+use crate::signal::{rms, rms_beside};
 
 /// The noise of a record in a regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,16 +107,10 @@ impl Noise {
         holds_nm: Option<f64>,
         of_method: impl Fn(usize, Regime) -> Error,
     ) -> Self {
-        let members_of = |values: &[f64], place: usize, of: &dyn Fn(Regime) -> bool| {
-            let counts = |node: &Node| node.record == place && of(node.regime) && !node.excluded;
-            let all = nodes.iter().zip(values).enumerate();
-            all.filter(|(_, (node, _))| counts(node))
-                .map(|(at, (_, &r))| (at, r))
-                .collect::<Vec<(usize, f64)>>()
-        };
         let calm = |regime| regime != Regime::Low;
-        let members = |place: usize, of: &dyn Fn(Regime) -> bool| members_of(left_over, place, of);
-        let toneless = toneless(records, nodes, left_over, |place| members(place, &calm));
+        let toneless = toneless(records, nodes, left_over, |place| {
+            members(nodes, left_over, place, calm)
+        });
         let coloured: Vec<Option<f64>> = records
             .iter()
             .enumerate()
@@ -124,7 +118,7 @@ impl Noise {
                 let node_s = record.node_s();
                 let [apart, block] =
                     [COLOUR_S, BLOCK_S].map(|time| (time / node_s).round() as usize);
-                let calm = members_of(&toneless, place, &calm);
+                let calm = members(nodes, &toneless, place, calm);
                 coloured_noise(&calm, apart, block.max(4 * apart))
             })
             .collect();
@@ -134,22 +128,18 @@ impl Noise {
         for (place, record) in records.iter().enumerate() {
             let coloured = coloured[place].or(of_others).unwrap_or(0.0);
             for regime in Regime::ALL {
-                let members = members(place, &|of| of == regime);
+                let here = |values: &[f64]| members(nodes, values, place, |of| of == regime);
+                let members = here(left_over);
                 let speeds = members
                     .iter()
                     .map(|&(at, _)| nodes[at].velocity_rad_s(records));
-                let white = difference_noise(&members_of(&toneless, place, &|of| of == regime))
-                    .max(coloured);
+                let white = difference_noise(&here(&toneless)).max(coloured);
                 let robust = robust_rms(&members);
                 let closed = record.noise_nm(inertia_kg_m2, rms(speeds));
                 let method = of_method(place, regime);
                 // Differences of effort that a stiff control makes alternate are no noise: the fit does not leave them over.
                 let noise_nm = if holds_nm.is_some() && members.len() as f64 > TELLS {
-                    closed.min(
-                        (robust * robust - method.rms_nm * method.rms_nm)
-                            .max(0.0)
-                            .sqrt(),
-                    )
+                    closed.min(rms_beside(robust, method.rms_nm))
                 } else {
                     closed
                 };

@@ -111,12 +111,14 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<Outcome, InputError> {
-    let sound_for = |friction: &Believed| sound::sound(logs, axis, friction, &options.catalogue);
-    let mut sound = sound_for(believed)?;
-    let mut refitted = Refitted::new(std::mem::take(&mut sound.records), believed)?;
+    let refitted_for = |friction: &Believed| {
+        let mut sound = sound::sound(logs, axis, friction, &options.catalogue)?;
+        let refitted = Refitted::new(std::mem::take(&mut sound.records), believed)?;
+        Ok((sound, refitted))
+    };
+    let (mut sound, mut refitted) = refitted_for(believed)?;
     if let Some(found) = refitted.prepared_for(believed) {
-        sound = sound_for(&found)?;
-        refitted = Refitted::new(std::mem::take(&mut sound.records), believed)?;
+        (sound, refitted) = refitted_for(&found)?;
     }
     let mut catalogue = if sound.moves {
         options.catalogue.clone()

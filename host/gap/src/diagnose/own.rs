@@ -1,8 +1,8 @@
 //! The method's own error.
 
-use super::regime::{Node, Regime};
+use super::regime::{Node, Regime, members};
 use super::white_noise::difference_noise;
-use crate::signal::rms;
+use crate::signal::{rms, rms_beside};
 
 /// The error in a record and regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,9 +16,7 @@ pub struct Error {
 impl Error {
     /// The part that lasts for some nodes, or for few moments, N m rms.
     pub fn slow_nm(self) -> f64 {
-        (self.rms_nm.powi(2) - self.white_nm.powi(2))
-            .max(0.0)
-            .sqrt()
+        rms_beside(self.rms_nm, self.white_nm)
     }
 
     fn or_less(self, other: Self) -> Self {
@@ -39,18 +37,11 @@ impl Own {
     /// From records of such an axis, less the white noise that each of its nodes has, N m rms.
     pub fn new(nodes: &[Node], left_over: &[f64], white_nm: &[f64]) -> Self {
         let of = |place: usize, regime: Regime| {
-            let counts =
-                |node: &Node| !node.excluded && node.record == place && node.regime == regime;
-            let all = nodes.iter().zip(left_over).enumerate();
-            let members: Vec<(usize, f64)> = all
-                .filter(|(_, (node, _))| counts(node))
-                .map(|(at, (_, &r))| (at, r))
-                .collect();
-            let noise_nm = white_nm[place];
-            let less_noise = |rms: f64| (rms * rms - noise_nm * noise_nm).max(0.0).sqrt();
+            let members = members(nodes, left_over, place, |of| of == regime);
+            let all = rms(members.iter().map(|(_, r)| *r));
             Error {
-                rms_nm: less_noise(rms(members.iter().map(|(_, r)| *r))),
-                white_nm: less_noise(difference_noise(&members)),
+                rms_nm: rms_beside(all, white_nm[place]),
+                white_nm: rms_beside(difference_noise(&members), white_nm[place]),
             }
         };
         let places = 0..white_nm.len();

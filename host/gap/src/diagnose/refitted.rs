@@ -5,7 +5,7 @@ use super::own::Own;
 use super::regime::{Node, nodes};
 use super::rotor_noise::put_rotor_noise;
 use super::round::{MOST_ROUNDS, WORTH_A_ROUND};
-use super::single::{Ground, strays};
+use super::single::strays;
 use crate::believed::Believed;
 use crate::error::InputError;
 use crate::inverse::{self, Fit, Model, Owner, Record, fit, scale};
@@ -45,13 +45,7 @@ impl Refitted {
         put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
         let records: Arc<[Record]> = records.into();
         let own_as_given = own_left_over(&model, &model.start(), &records, &scale);
-        let ground = Ground {
-            records: &records,
-            nodes: &nodes,
-            scale: &scale,
-            model: &model,
-        };
-        let (weights, fitted) = refit(&ground, &as_given, &own_as_given)?;
+        let (weights, fitted) = refit(&model, &records, &nodes, &as_given, &own_as_given)?;
         Ok(Self {
             records,
             scale,
@@ -82,13 +76,13 @@ impl Refitted {
 ///
 /// # Errors
 /// The friction model refuses the parameters of the axis file.
-fn refit(ground: &Ground<'_>, as_given: &[f64], own: &Own) -> Result<(Vec<f64>, Fit), InputError> {
-    let &Ground {
-        records,
-        nodes,
-        model,
-        ..
-    } = ground;
+fn refit(
+    model: &Model,
+    records: &[Record],
+    nodes: &[Node],
+    as_given: &[f64],
+    own: &Own,
+) -> Result<(Vec<f64>, Fit), InputError> {
     let noise_of = |left_over: &[f64]| noise_of(model, records, nodes, left_over, own);
     let mut weights = noise_of(as_given).weights(nodes);
     let mut fitted = fit(model, records, &weights, model.start())?;

@@ -76,6 +76,20 @@ impl Node {
     }
 }
 
+/// Places of the nodes of a record that count, in some regimes, and these values there.
+pub(super) fn members(
+    nodes: &[Node],
+    values: &[f64],
+    record: usize,
+    of: impl Fn(Regime) -> bool,
+) -> Vec<(usize, f64)> {
+    let counts = |node: &Node| node.record == record && of(node.regime) && !node.excluded;
+    let all = nodes.iter().zip(values).enumerate();
+    all.filter(|(_, (node, _))| counts(node))
+        .map(|(at, (_, &value))| (at, value))
+        .collect()
+}
+
 /// Parts that the data are left out in.
 pub const FOLDS: usize = 5;
 /// Shortest stretch that is left out as a whole: far longer than anything but drift remembers, s.

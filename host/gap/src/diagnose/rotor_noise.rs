@@ -1,7 +1,7 @@
 //! Torque noise on the rotor that no effort shows: under it bristles creep and a load bounces otherwise than the motion tells.
 
 use super::axis_at::axis_at;
-use super::regime::{Node, Regime, nodes};
+use super::regime::{Node, Regime, members, nodes};
 use super::tone::toneless;
 use super::white_noise::quiet_noise;
 use crate::inverse::{EFFORT, Kernel, Model, Record, twins};
@@ -48,12 +48,7 @@ pub(super) fn put_rotor_noise(
 /// What nodes of sliding have in quiet moments of each record by their second differences, N m.
 fn quiet(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Vec<Option<f64>> {
     let slides = |place: usize, values: &[f64]| -> Vec<(usize, f64)> {
-        let counts =
-            |node: &Node| node.record == place && node.regime == Regime::Sliding && !node.excluded;
-        let all = nodes.iter().zip(values).enumerate();
-        all.filter(|(_, (node, _))| counts(node))
-            .map(|(at, (_, &r))| (at, r))
-            .collect()
+        members(nodes, values, place, |of| of == Regime::Sliding)
     };
     let toneless = toneless(records, nodes, left_over, |place| slides(place, left_over));
     let of =

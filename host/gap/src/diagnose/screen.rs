@@ -84,8 +84,8 @@ pub(super) fn fit_best(
             let second = starts.iter().find(|start| {
                 start.gain > CLOSE * gain(starts) && starts[0].leads_elsewhere(start, entry)
             });
-            let first = starts.first();
-            first.into_iter().chain(second).map(|start| (*entry, start))
+            let both = starts.first().into_iter().chain(second);
+            both.map(|start| (*entry, start))
         })
         .collect();
     let mut further = Vec::new();

@@ -22,6 +22,7 @@ use bristle_plant::effect::{ALL, Entry};
 
 /// Of so many it is asked what they gain where they are not.
 const NULLS: usize = 3;
+
 /// It comes once a turn, which a linear axis does not know: any wave over its stroke is a cogging.
 const ONCE_A_TURN: &str = "mechanics.unbalance";
 

@@ -20,7 +20,7 @@ const LEVELS_OF_LIMIT: usize = 14;
 /// Starts of an effect with several shape parameters are cut to so many.
 const MOST_STARTS: usize = 45;
 /// A size that is never zero is not in proportion to its change far from where it was tried.
-const IN_PROPORTION: f64 = 3.0;
+pub(super) const IN_PROPORTION: f64 = 3.0;
 /// A gain as tried is preferred to one in proportion if it is this part of it.
 const CERTAIN: f64 = 0.5;
 /// So many starts of an effect are tried as they are before it is believed what they promise.
@@ -310,26 +310,28 @@ impl Background<'_> {
         values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
         values[line] = 0.0;
         values[phase] = std::f64::consts::FRAC_PI_2;
-        let by_speed = || self.weighted(&self.squared_speeds());
-        let lines = if entry.block() == "sensor" {
-            // A wave of the sensor shows through acceleration: with the square of speed.
-            spectrum::in_angle(self, &by_speed(), [low, high])
-        } else {
-            let Some(still) = self.change(entry, &values, false) else {
-                return Vec::new();
-            };
-            if in_time {
-                spectrum::in_time(self, &still, [low, high])
+        let of_sensor = entry.block() == "sensor";
+        let mut stills = Vec::new();
+        if !of_sensor {
+            stills.extend(self.change(entry, &values, false));
+        }
+        // A wave of the sensor shows through acceleration: with the square of speed.
+        if of_sensor || entry.id == VARIES_INERTIA {
+            stills.push(self.weighted(&self.squared_speeds()));
+        }
+        let mut lines: Vec<f64> = Vec::new();
+        for still in &stills {
+            let found = if in_time {
+                spectrum::in_time(self, still, [low, high])
             } else {
-                let mut lines = spectrum::in_angle(self, &still, [low, high]);
-                if entry.id == VARIES_INERTIA {
-                    lines.extend(spectrum::in_angle(self, &by_speed(), [low, high]));
-                    lines.sort_by(f64::total_cmp);
-                    lines.dedup();
+                spectrum::in_angle(self, still, [low, high])
+            };
+            for line in found {
+                if !lines.contains(&line) {
+                    lines.push(line);
                 }
-                lines
             }
-        };
+        }
         lines
             .into_iter()
             .filter_map(|found| {

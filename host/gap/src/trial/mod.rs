@@ -21,7 +21,7 @@ use crate::error::InputError;
 use crate::hygiene::{Finding, Severity, inspect};
 use crate::inverse::{Model, Record, fit_alone, scale};
 use crate::log::Log;
-use crate::signal::rms;
+use crate::signal::{rms, rms_beside};
 use bristle_plant::effect::{ALL, Entry};
 use dice::Dice;
 use experiments::Task;
@@ -152,7 +152,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
                 continue;
             };
             logs = with;
-            gap_nm = beyond(rms(seen.left_over_nm.iter().copied()), floor_nm);
+            gap_nm = rms_beside(rms(seen.left_over_nm.iter().copied()), floor_nm);
             let without = |place: usize| {
                 let mut without = truth.clone();
                 without.effects.remove(place);
@@ -274,7 +274,7 @@ impl Attempt<'_> {
             // An axis that cannot be run with it has too much of it.
             let reached = match self.play(&truth, Some(floor_nm))? {
                 Some((_, seen)) => {
-                    beyond(rms(seen.left_over_nm.iter().copied()), floor_nm) / floor_nm
+                    rms_beside(rms(seen.left_over_nm.iter().copied()), floor_nm) / floor_nm
                 }
                 None => f64::INFINITY,
             };
@@ -311,11 +311,6 @@ impl Attempt<'_> {
 fn is_sound(log: &Log, axis: &AxisFile) -> bool {
     let fatal = |finding: &Finding| finding.severity == Severity::Fatal;
     inspect(log, axis).is_ok_and(|hygiene| !hygiene.findings.iter().any(fatal))
-}
-
-/// What has to be added to a floor, in squares, to make a whole.
-fn beyond(whole: f64, floor: f64) -> f64 {
-    (whole * whole - floor * floor).max(0.0).sqrt()
 }
 
 #[cfg(test)]
