@@ -224,13 +224,12 @@ impl<'a> Chosen<'a> {
         let nats = nats.min(of_gain * self.gain.unwrap_or_default());
         let [of_best, of_other, of_none] =
             [best, other, &search.base].map(|h| search.score_of_all(h));
-        let leaves_less = of_other > of_best;
-        let rests = [other, best].map(|h| &h.fit.left_over[..]);
+        let apart = apart[usize::from(of_other > of_best)];
+        let (rest, other_rest) = (&best.fit.left_over, &other.fit.left_over);
         !other.ends_at_limit()
             && other.log_evidence() >= best.log_evidence() - nats
             && of_best - of_other < of_all * (of_best - of_none)
-            && search.noise.apart(&search.nodes, rests[0], rests[1])
-                < apart[usize::from(leaves_less)]
+            && search.noise.apart(&search.nodes, other_rest, rest) < apart
     }
 
     /// Places of those that tie with it, itself among them.
@@ -251,7 +250,9 @@ impl<'a> Chosen<'a> {
         // All of them explain what is above what is open: what lies below it may tell them apart, unless it is next to nothing.
         let (noise, nodes) = (&search.noise, &search.nodes);
         let of_all = |h: &Hypothesis| search.score_of_all(h) + h.log_occam;
-        let most = ranked.iter().filter(|h| tied(h));
+        let ranked = ranked.iter().enumerate();
+        let tied: Vec<(usize, &Hypothesis)> = ranked.filter(|(_, h)| tied(h)).collect();
+        let most = tied.iter().map(|&(_, h)| h);
         let most = most.max_by(|one, other| of_all(one).total_cmp(&of_all(other)));
         let keeps = |h: &Hypothesis| {
             most.is_none_or(|most| {
@@ -262,11 +263,7 @@ impl<'a> Chosen<'a> {
                         && noise.apart(nodes, &h.fit.left_over, &most.fit.left_over) < SAME
             })
         };
-        ranked
-            .iter()
-            .enumerate()
-            .filter(|(_, h)| tied(h) && keeps(h))
-            .map(|(place, _)| place)
-            .collect()
+        let kept = tied.iter().filter(|(_, h)| keeps(h));
+        kept.map(|&(place, _)| place).collect()
     }
 }
