@@ -67,3 +67,16 @@ fn an_inertia_that_is_wrong_is_parameters_however_little_its_gap() {
             .any(|moved| moved.parameter == "inertia_kg_m2")
     );
 }
+
+#[test]
+fn what_is_left_in_sliding_beyond_what_a_model_leaves_of_its_own_records_is_unknown() {
+    // A dwell explains two thirds of a Stribeck fall, and leaves 1.6 times what is open in sliding; fitted to its own records nothing.
+    let trial = drawn(14215, &["friction.stribeck"]);
+    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
+    assert_eq!(said(&["friction.dwell"]).kind, Kind::Unknown);
+    let with_it = said(&["friction.dwell", "friction.stribeck"]);
+    assert_eq!(
+        (with_it.kind, &with_it.effects[..]),
+        (Kind::Effect, &["friction.stribeck".to_string()][..])
+    );
+}

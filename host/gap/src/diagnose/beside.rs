@@ -5,7 +5,7 @@ use super::accuse::{
 };
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
-use super::fitted_noise::own_with_noise;
+use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::likelihood::Noise;
 use super::screen::{Tried, by_promise, fit_best, screen};
@@ -109,7 +109,7 @@ impl Pairs<'_> {
             || leaves(noise, nodes, &self.base.held_out, NOTHING);
         is_there && leaves_moments(noise, nodes, &first.held_out) && {
             let records = self.judge.records;
-            let own = own_with_noise(1.0, &first.model, &first.fit.at, records, self.scale);
+            let own = left_once_fitted(&first.model, &first.fit.at, records, self.scale, noise);
             leaves_moments(&Noise::clone(noise).at_least(&own), nodes, &first.held_out)
         }
     }

@@ -173,8 +173,7 @@ impl<'a> Chosen<'a> {
         let is_unexplained =
             left.is_unexplained() || alone && self.explained < share && left.is_beyond(of_little);
         let named_below = |share: f64| alone || self.explained < share;
-        let of_all =
-            (is_unexplained || left.rms_sliding() > UNKNOWN_SLIDING) && !self.has_free_order();
+        let of_all = (is_unexplained || left.is_much_in_sliding()) && !self.has_free_order();
         let of_moments =
             left.moments > LEAVES_MOMENTS.0 && self.squares[1] > LEAVES_MOMENTS.1 * self.squares[0];
         let leaves = [of_all, of_moments]
@@ -194,7 +193,7 @@ impl<'a> Chosen<'a> {
         !beside_noise && (stands || depends())
     }
 
-    /// Whether it has a wave whose order was fitted, which may stop beside its own.
+    /// Whether it has a wave whose order was fitted, which may stop beside its own, or stand for what is no wave.
     fn has_free_order(&self) -> bool {
         let model = &self.best.model;
         model.free.iter().any(|free| {

@@ -4,7 +4,7 @@ use super::axis_at::axis_at;
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
-use crate::inverse::{Model, Record, twins};
+use crate::inverse::{Model, Record, fit_alone, twins};
 use bristle_plant::effect::Scale;
 
 /// Where friction is whatever holds, it is known to this part of itself while the axis hardly moves.
@@ -36,31 +36,36 @@ pub(super) fn noise_of(
 
 /// What the method leaves over of a model's own records without noise; nothing where it cannot be simulated.
 pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
-    own_with_noise(0.0, model, at, records, scale)
-}
-
-/// The same with so many times the noise on the rotor and of the measured effort; of the former what it does to bristles and loads.
-pub(super) fn own_with_noise(
-    times: f64,
-    model: &Model,
-    at: &[f64],
-    records: &[Record],
-    scale: &Scale,
-) -> Own {
-    let axis = axis_at(&model.at(at));
-    twins(&axis, records, times, 0)
+    twins(&axis_at(&model.at(at)), records, 0.0, 0)
         .and_then(|twins| {
             let left_over = model.left_over(&twins, at)?;
-            let nodes = nodes(&twins, scale.z_ss_rad);
-            let white_nm = records
-                .iter()
-                .map(|record| times * rotor_noise_of_nodes_nm(record));
-            Ok(Own::new(&nodes, &left_over, &white_nm.collect::<Vec<_>>()))
+            Ok(Own::new(
+                &nodes(&twins, scale.z_ss_rad),
+                &left_over,
+                records.len(),
+            ))
         })
         .unwrap_or_default()
 }
 
-/// What noise on the rotor makes of each node of a record, N m rms.
-fn rotor_noise_of_nodes_nm(record: &Record) -> f64 {
-    record.rotor_noise_nm * record.kernel.of_effort()
+/// What a model leaves over of its own records, with their noise, once it is fitted to them as it was to those that were measured; nothing
+/// where it cannot be simulated.
+pub(super) fn left_once_fitted(
+    model: &Model,
+    at: &[f64],
+    records: &[Record],
+    scale: &Scale,
+    noise: &Noise,
+) -> Own {
+    let mut about = model.clone();
+    for (free, &at) in about.free.iter_mut().zip(at) {
+        free.center = at;
+    }
+    twins(&axis_at(&model.at(at)), records, 1.0, 0)
+        .and_then(|twins| {
+            let nodes = nodes(&twins, scale.z_ss_rad);
+            let fit = fit_alone(&about, &twins, &noise.weights(&nodes), at.to_vec())?;
+            Ok(Own::new(&nodes, &fit.left_over, records.len()))
+        })
+        .unwrap_or_default()
 }

@@ -1,63 +1,62 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
 use super::accuse::{
-    EVENLY, LEAVES, LEAVES_MOMENTS, LEAVES_OF_LITTLE, NOTHING, UNKNOWN, UNKNOWN_SLIDING,
-    UNKNOWN_SLIDING_USUALLY,
+    EVENLY, LEAVES, LEAVES_MOMENTS, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
 };
-use super::fitted_noise::own_with_noise;
+use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::regime::Regime;
 use super::tried::Search;
 
-/// What is left, in times of what is open.
+/// What is left, in times of what is open; where that is anything, of what the model leaves over of its own records, where that is more.
 pub(super) struct Left {
     /// Over all regimes; as a ratio of root-mean-squares in sliding; as the mean over records in sliding.
     pub(super) times: [f64; 3],
-    /// It is much: neither noise of the recorder nor what the model leaves over of its own records.
+    /// It is much, and no noise of the recorder.
     pub(super) much: bool,
-    /// Ratio of root-mean-squares in motion, by which few moments count; neither of noise of the recorder nor, where it tells, of what
-    /// the model leaves over of its own records.
+    /// Ratio of root-mean-squares in motion, by which few moments count; nothing where it is noise of the recorder.
     pub(super) moments: f64,
 }
 
 impl Left {
     /// By a hypothesis.
     pub(super) fn new(search: &Search, by: &Hypothesis) -> Self {
-        let rest = &by.held_out;
-        let times_by = |noise: &Noise| {
-            let sliding = &[Regime::Sliding];
-            [
-                noise.times_open(&search.nodes, rest),
-                noise.rms_times_open(&search.nodes, rest, sliding),
-                noise.times_open_in(&search.nodes, rest, sliding),
-            ]
-        };
-        let is_much = |times: [f64; 3]| {
-            let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
-            times.iter().zip(most).any(|(times, most)| *times > most)
-        };
-        let moments_by = |noise: &Noise| noise.rms_times_open(&search.nodes, rest, &Regime::MOVING);
-        let times = times_by(&search.noise);
-        let noise_alone =
-            times[0] < EVENLY.1 && search.noise.is_even(&search.nodes, rest, EVENLY.0);
-        let mut left = Self {
+        let left = Self::beside(search, by, &search.noise);
+        if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 {
+            return left;
+        }
+        // What a model leaves over of its own records is no gap, though another one leaves less.
+        let own = left_once_fitted(
+            &by.model,
+            &by.fit.at,
+            &search.records,
+            &search.scale,
+            &search.noise,
+        );
+        Self::beside(search, by, &search.noise.clone().at_least(&own))
+    }
+
+    /// Beside this noise.
+    fn beside(search: &Search, by: &Hypothesis, noise: &Noise) -> Self {
+        let (nodes, rest) = (&search.nodes, &by.held_out);
+        let sliding = &[Regime::Sliding];
+        let times = [
+            noise.times_open(nodes, rest),
+            noise.rms_times_open(nodes, rest, sliding),
+            noise.times_open_in(nodes, rest, sliding),
+        ];
+        let noise_alone = times[0] < EVENLY.1 && noise.is_even(nodes, rest, EVENLY.0);
+        let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
+        Self {
             times,
-            much: is_much(times) && !noise_alone,
+            much: times.iter().zip(most).any(|(times, most)| *times > most) && !noise_alone,
             moments: if noise_alone {
                 1.0
             } else {
-                moments_by(&search.noise)
+                noise.rms_times_open(nodes, rest, &Regime::MOVING)
             },
-        };
-        if left.much || left.moments > LEAVES_MOMENTS.0 || left.is_beyond(LEAVES_OF_LITTLE.0) {
-            // What a model leaves over of its own records is no gap, though another one leaves less.
-            let own = own_with_noise(1.0, &by.model, &by.fit.at, &search.records, &search.scale);
-            let beside_own = search.noise.clone().at_least(&own);
-            left.much &= is_much(times_by(&beside_own));
-            left.moments = left.moments.min(moments_by(&beside_own));
         }
-        left
     }
 
     /// Whether it is anything.
@@ -81,5 +80,11 @@ impl Left {
     /// Ratio of root-mean-squares in sliding.
     pub(super) fn rms_sliding(&self) -> f64 {
         self.times[1]
+    }
+
+    /// Whether it is much while the axis slides, of all or in most records.
+    pub(super) fn is_much_in_sliding(&self) -> bool {
+        let [_, all, usually] = self.times;
+        all > UNKNOWN_SLIDING || usually > UNKNOWN_SLIDING_USUALLY
     }
 }

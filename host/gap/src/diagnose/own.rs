@@ -29,24 +29,22 @@ impl Error {
 }
 
 /// What the method leaves over of an axis that is exactly the model and whose effort is measured exactly, by record and
-/// regime: coarse positions and smoothing, and what noise on the rotor does to bristles and loads that the motion does not show.
+/// regime: coarse positions and smoothing.
 #[derive(Clone, Debug, Default)]
 pub struct Own(Vec<[Error; 3]>);
 
 impl Own {
-    /// From records of such an axis, less the white noise that each of its nodes has, N m rms.
-    pub fn new(nodes: &[Node], left_over: &[f64], white_nm: &[f64]) -> Self {
+    /// From so many records of such an axis.
+    pub fn new(nodes: &[Node], left_over: &[f64], records: usize) -> Self {
         let of = |place: usize, regime: Regime| {
             let members = members(nodes, left_over, place, |of| of == regime);
-            let all = rms(members.iter().map(|(_, r)| *r));
             Error {
-                rms_nm: rms_beside(all, white_nm[place]),
-                white_nm: rms_beside(difference_noise(&members), white_nm[place]),
+                rms_nm: rms(members.iter().map(|(_, r)| *r)),
+                white_nm: difference_noise(&members),
             }
         };
-        let places = 0..white_nm.len();
         Self(
-            places
+            (0..records)
                 .map(|place| Regime::ALL.map(|regime| of(place, regime)))
                 .collect(),
         )
@@ -104,7 +102,7 @@ mod tests {
             .collect();
         let error = |of: fn(usize) -> f64| {
             let left_over: Vec<f64> = (0..nodes.len()).map(of).collect();
-            Own::new(&nodes, &left_over, &[0.0]).of(0, Regime::Sliding)
+            Own::new(&nodes, &left_over, 1).of(0, Regime::Sliding)
         };
         let slow = error(|k| (0.01 * k as f64).sin());
         assert!(slow.white_nm < 0.02 * slow.rms_nm, "{slow:?}");

@@ -1,6 +1,6 @@
 //! Effects one at a time: each fitted jointly with the simulator's own parameters, first roughly and many, then well and few.
 
-use super::accuse::{NOTHING, leaves};
+use super::accuse::{NOTHING, leaves, leaves_moments};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
@@ -108,6 +108,30 @@ impl Ground<'_> {
         Ok(something.then_some(believed))
     }
 
+    /// A fit with an effect, or where a parameter of the simulator's own has strayed there and where it leaves something, the one from what
+    /// was believed if that does better.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    fn restarted(
+        &self,
+        with: &Model,
+        kept: Fit,
+        noise: &Noise,
+        weights: &[f64],
+    ) -> Result<Fit, InputError> {
+        let left_over = &kept.left_over;
+        let something = leaves(noise, self.nodes, left_over, NOTHING)
+            || leaves_moments(noise, self.nodes, left_over);
+        if !strayed(with, &kept.at) || !something {
+            return Ok(kept);
+        }
+        let mut start = self.model.start();
+        start.extend(&kept.at[start.len()..]);
+        let other = fit(with, self.records, weights, start)?;
+        Ok(if other.cost < kept.cost { other } else { kept })
+    }
+
     /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.
     ///
     /// # Errors
@@ -177,7 +201,8 @@ impl Ground<'_> {
         })?;
         further = tried.split_off(POLISHED.min(tried.len()));
         tried = each(tried, |model, fit| {
-            fit_on(model, self.records, weights, fit)
+            let fit = fit_on(model, self.records, weights, fit)?;
+            self.restarted(model, fit, noise, weights)
         })?;
         tried.extend(further);
         Ok((fitted, tried))
