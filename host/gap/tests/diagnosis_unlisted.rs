@@ -80,3 +80,16 @@ fn what_is_left_in_sliding_beyond_what_a_model_leaves_of_its_own_records_is_unkn
         (Kind::Effect, &["friction.stribeck".to_string()][..])
     );
 }
+
+#[test]
+fn a_regime_of_a_record_that_a_near_relative_does_not_explain_is_unknown() {
+    // An offset explains 0.96 of an asymmetry, and leaves seven times what is open where an axis rests and breaks away.
+    let trial = drawn(13804, &["friction.asymmetry"]);
+    let said = diagnosed(&trial, &["mechanics.offset"]).verdict;
+    assert_eq!(said.kind, Kind::Unknown);
+    let said = diagnosed(&trial, &["friction.asymmetry", "mechanics.offset"]).verdict;
+    assert!(
+        said.effects.contains(&"friction.asymmetry".to_string()),
+        "{said:?}"
+    );
+}

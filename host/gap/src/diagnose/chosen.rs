@@ -173,7 +173,7 @@ impl<'a> Chosen<'a> {
         let is_unexplained =
             left.is_unexplained() || alone && self.explained < share && left.is_beyond(of_little);
         let named_below = |share: f64| alone || self.explained < share;
-        let of_all = (is_unexplained || left.is_much_in_sliding()) && !self.has_free_order();
+        let of_all = (is_unexplained || left.is_unexplained_in_sliding()) && !self.has_free_order();
         let of_moments =
             left.moments > LEAVES_MOMENTS.0 && self.squares[1] > LEAVES_MOMENTS.1 * self.squares[0];
         let leaves = [of_all, of_moments]
@@ -190,7 +190,8 @@ impl<'a> Chosen<'a> {
         // What noise of the sensor leaves is noise.
         let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
-        !beside_noise && (stands || depends())
+        let fills = alone && left.fills_a_regime();
+        !beside_noise && (stands || fills || depends())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own, or stand for what is no wave.

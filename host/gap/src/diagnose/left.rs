@@ -1,7 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
 use super::accuse::{
-    EVENLY, LEAVES, LEAVES_MOMENTS, NOTHING, UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
+    EVENLY, IN_A_REGIME, LEAVES, LEAVES_MOMENTS, LEAVES_SLIDING, NOTHING, UNKNOWN, UNKNOWN_SLIDING,
+    UNKNOWN_SLIDING_USUALLY,
 };
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
@@ -17,13 +18,15 @@ pub(super) struct Left {
     pub(super) much: bool,
     /// Ratio of root-mean-squares in motion, by which few moments count; nothing where it is noise of the recorder.
     pub(super) moments: f64,
+    /// In the record and regime where it is most, where that tells.
+    in_a_regime: f64,
 }
 
 impl Left {
     /// By a hypothesis.
     pub(super) fn new(search: &Search, by: &Hypothesis) -> Self {
         let left = Self::beside(search, by, &search.noise);
-        if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 {
+        if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 && !left.fills_a_regime() {
             return left;
         }
         // What a model leaves over of its own records is no gap, though another one leaves less.
@@ -56,6 +59,11 @@ impl Left {
             } else {
                 noise.rms_times_open(nodes, rest, &Regime::MOVING)
             },
+            in_a_regime: if noise_alone {
+                1.0
+            } else {
+                noise.most_times_open(nodes, rest, IN_A_REGIME.0)
+            },
         }
     }
 
@@ -82,9 +90,14 @@ impl Left {
         self.times[1]
     }
 
-    /// Whether it is much while the axis slides, of all or in most records.
-    pub(super) fn is_much_in_sliding(&self) -> bool {
+    /// Whether one regime of one record keeps what nothing leaves that is there.
+    pub(super) fn fills_a_regime(&self) -> bool {
+        self.in_a_regime > IN_A_REGIME.1
+    }
+
+    /// Whether it is what no effect leaves that is there while the axis slides, of all or in most records.
+    pub(super) fn is_unexplained_in_sliding(&self) -> bool {
         let [_, all, usually] = self.times;
-        all > UNKNOWN_SLIDING || usually > UNKNOWN_SLIDING_USUALLY
+        all > UNKNOWN_SLIDING || usually > LEAVES_SLIDING
     }
 }

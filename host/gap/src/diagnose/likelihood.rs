@@ -254,6 +254,20 @@ impl Noise {
         }
     }
 
+    /// The same in the record and regime of motion where that is most, of those where it speaks by so many nats.
+    pub fn most_times_open(&self, nodes: &[Node], left_over: &[f64], nats: f64) -> f64 {
+        let squares = self.mean_squares(nodes, left_over);
+        let groups = self.groups.iter().zip(&squares);
+        groups
+            .flat_map(|(groups, squares)| {
+                Regime::MOVING.map(|at| (&groups[at as usize], squares[at as usize]))
+            })
+            .filter(|(group, _)| group.open_nm > 0.0)
+            .map(|(group, square)| (group.independent, square.sqrt() / group.open_nm))
+            .filter(|(independent, times)| independent * times.ln() > nats)
+            .fold(1.0, |most, (_, times)| times.max(most))
+    }
+
     /// Root mean square of the difference between two rests in motion, in times of what is open.
     pub fn apart(&self, nodes: &[Node], one: &[f64], other: &[f64]) -> f64 {
         let moving = |node: &Node| !node.excluded && node.regime != Regime::Rest;

@@ -80,6 +80,7 @@ pub fn verdict(search: &Search) -> Verdict {
             || !accused
                 && (left.is_unexplained()
                     || left.moments > UNKNOWN_MOMENTS
+                    || left.fills_a_regime()
                     || left.much && left.rms_sliding() > UNKNOWN_SLIDING
                     || left.is_anything()
                         && ceiling::depends_in_sliding(search, &base.held_out, DEPENDS))
