@@ -10,8 +10,10 @@ use rayon::prelude::*;
 
 /// So many of the best fits go on until they stand still.
 const SETTLED: usize = 3;
-/// A second start is worth a fit if it promises this part of what the first one does, and is no start of the same fit.
-const CLOSE: f64 = 0.6;
+/// A further start is worth a fit if it promises this part of what the first one does, and is no start of the same fit.
+const CLOSE: f64 = 0.35;
+/// So many starts of an effect are fitted at most.
+const STARTS: usize = 3;
 /// Fall of the sum of squares below which a start is not worth a fit: three nats for each of two parameters.
 pub(super) const WORTH_A_FIT: f64 = 12.0;
 
@@ -81,11 +83,17 @@ pub(super) fn fit_best(
     let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()
         .flat_map(|(entry, starts)| {
-            let second = starts.iter().find(|start| {
-                start.gain > CLOSE * gain(starts) && starts[0].leads_elsewhere(start, entry)
-            });
-            let both = starts.first().into_iter().chain(second);
-            both.map(|start| (*entry, start))
+            let mut apart: Vec<&Start> = starts.first().into_iter().collect();
+            for start in starts
+                .iter()
+                .filter(|start| start.gain > CLOSE * gain(starts))
+            {
+                if apart.len() < STARTS && apart.iter().all(|one| one.leads_elsewhere(start, entry))
+                {
+                    apart.push(start);
+                }
+            }
+            apart.into_iter().map(|start| (*entry, start))
         })
         .collect();
     let mut further = Vec::new();
