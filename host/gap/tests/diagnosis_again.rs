@@ -3,7 +3,20 @@
 mod trials;
 
 use bristle_gap::diagnose::{Kind, catalogue};
+use bristle_gap::trial::Trial;
 use trials::{diagnosed, drawn, drawn_with};
+
+fn all() -> Vec<&'static str> {
+    catalogue().iter().map(|entry| entry.id).collect()
+}
+
+fn names_alone(trial: &Trial, accused: &[&str], there: &str) {
+    let said = diagnosed(trial, accused).verdict;
+    assert_eq!(
+        (said.kind, said.effects),
+        (Kind::Effect, vec![there.to_string()])
+    );
+}
 
 /// What is said of the trial of a seed, with what stands for its effects in the catalogue.
 fn verdict(seed: u64, effects: &[&'static str]) -> (Kind, Vec<String>) {
@@ -38,12 +51,7 @@ fn the_noise_of_what_explains_all_needs_no_second_effect() {
 fn what_is_unknown_is_looked_at_again() {
     // With the noise of the first search an inertia that changes explains less than half, and its fit stands still.
     let there = "mechanics.inertia_change";
-    let all: Vec<&str> = catalogue().iter().map(|entry| entry.id).collect();
-    let said = diagnosed(&drawn(10407, &[there]), &all).verdict;
-    assert_eq!(
-        (said.kind, said.effects),
-        (Kind::Effect, vec![there.to_string()])
-    );
+    names_alone(&drawn(10407, &[there]), &all(), there);
 }
 
 #[test]
@@ -75,11 +83,7 @@ fn an_effect_is_fitted_from_what_was_believed_too() {
     // Without the lag the refit takes the bristles' damping ten standard deviations away; from there the lag stops at two thirds of its own.
     let there = "friction.lag";
     let accused = [there, "friction.nonlocal", "friction.presliding"];
-    let said = diagnosed(&drawn(14116, &[there]), &accused).verdict;
-    assert_eq!(
-        (said.kind, said.effects),
-        (Kind::Effect, vec![there.to_string()])
-    );
+    names_alone(&drawn(14116, &[there]), &accused, there);
 }
 
 #[test]
@@ -87,11 +91,5 @@ fn a_lag_is_fitted_from_starts_that_promise_less_too() {
     // From the best start the fit stops at a third of the lag and explains half; that with the share of the reversals that comes out
     // promises two fifths of as much.
     let there = "friction.lag";
-    let trial = drawn_with(14550, &[there], 1.0);
-    let all: Vec<&str> = catalogue().iter().map(|entry| entry.id).collect();
-    let said = diagnosed(&trial, &all).verdict;
-    assert_eq!(
-        (said.kind, said.effects),
-        (Kind::Effect, vec![there.to_string()])
-    );
+    names_alone(&drawn_with(14550, &[there], 1.0), &all(), there);
 }

@@ -15,6 +15,18 @@ fn verdict(seed: u64, effects: &[&'static str]) -> Kind {
     said(seed, effects).verdict.kind
 }
 
+/// A Stribeck fall is unknown where only a dwell may be accused, and named where it may be, too.
+fn a_dwell_is_no_stribeck_fall(seed: u64) {
+    let trial = drawn(seed, &["friction.stribeck"]);
+    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
+    assert_eq!(said(&["friction.dwell"]).kind, Kind::Unknown);
+    let with_it = said(&["friction.dwell", "friction.stribeck"]);
+    assert_eq!(
+        (with_it.kind, &with_it.effects[..]),
+        (Kind::Effect, &["friction.stribeck".to_string()][..])
+    );
+}
+
 #[test]
 fn a_black_box_says_how_much_could_be_closed_at_best() {
     let ceiling = |seed, effect| said(seed, &[effect]).gap.ceiling.unwrap();
@@ -46,14 +58,7 @@ fn noise_that_the_simulator_makes_of_its_own_records_is_no_gap() {
 #[test]
 fn what_depends_on_speed_beside_a_near_relative_is_unknown() {
     // Times of what is open say that next to nothing is left, but three fifths of it depend on the speed.
-    let trial = drawn(12262, &["friction.stribeck"]);
-    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
-    assert_eq!(said(&["friction.dwell"]).kind, Kind::Unknown);
-    let with_it = said(&["friction.dwell", "friction.stribeck"]);
-    assert_eq!(
-        (with_it.kind, &with_it.effects[..]),
-        (Kind::Effect, &["friction.stribeck".to_string()][..])
-    );
+    a_dwell_is_no_stribeck_fall(12262);
 }
 
 #[test]
@@ -71,14 +76,7 @@ fn an_inertia_that_is_wrong_is_parameters_however_little_its_gap() {
 #[test]
 fn what_is_left_in_sliding_beyond_what_a_model_leaves_of_its_own_records_is_unknown() {
     // A dwell explains two thirds of a Stribeck fall, and leaves 1.6 times what is open in sliding; fitted to its own records nothing.
-    let trial = drawn(14215, &["friction.stribeck"]);
-    let said = |accused: &[&str]| diagnosed(&trial, accused).verdict;
-    assert_eq!(said(&["friction.dwell"]).kind, Kind::Unknown);
-    let with_it = said(&["friction.dwell", "friction.stribeck"]);
-    assert_eq!(
-        (with_it.kind, &with_it.effects[..]),
-        (Kind::Effect, &["friction.stribeck".to_string()][..])
-    );
+    a_dwell_is_no_stribeck_fall(14215);
 }
 
 #[test]

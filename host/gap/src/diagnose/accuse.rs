@@ -101,8 +101,8 @@ pub(super) const LEAVES_MOMENTS: (f64, f64) = (1.4, 0.3);
 /// Ratio of root-mean-squares in motion beyond which what is left, whatever is accused, is an effect that no list has. Of 100 trials
 /// without an effect two left 2.4 and 2.7, creeping on bristles whose load the encoder does not tell, the others 2.0 at most.
 pub(super) const UNKNOWN_MOMENTS: f64 = 2.9;
-/// Nats by which a rest has to speak in one regime of one record, and times of what is open, beyond which it is an effect that no list has, whatever is
-/// accused. Of 40 opened trials with one effect that were named rightly one was at 2.1, the others at 1.7 and less; two of which another
+/// Nats by which a rest has to speak in one regime of one record, and times of what is open, beyond which it is an effect that no list has where one effect
+/// is accused, or none. Of 40 opened trials with one effect that were named rightly one was at 2.1, the others at 1.7 and less; two of which another
 /// was named, or only parameters, were at 4.9 and 7.0.
 pub(super) const IN_A_REGIME: (f64, f64) = (80.0, 2.5);
 /// Shares of the gap below which two effects stand for something else where they leave so much, of all or of few moments: of a pair that explains more

@@ -206,6 +206,21 @@ impl Noise {
         sums
     }
 
+    /// The records and regimes of motion, and the mean square of a rest in each.
+    fn in_motion<'a>(
+        &'a self,
+        nodes: &[Node],
+        left_over: &[f64],
+    ) -> impl Iterator<Item = (&'a Group, f64)> + use<'a> {
+        let squares = self.mean_squares(nodes, left_over);
+        self.groups
+            .iter()
+            .zip(squares)
+            .flat_map(|(groups, squares)| {
+                Regime::MOVING.map(|at| (&groups[at as usize], squares[at as usize]))
+            })
+    }
+
     /// What a rest usually is about each node, N m rms.
     pub fn usual(&self, nodes: &[Node], left_over: &[f64]) -> Vec<f64> {
         let squares = self.mean_squares(nodes, left_over);
@@ -256,12 +271,7 @@ impl Noise {
 
     /// The same in the record and regime of motion where that is most, of those where it speaks by so many nats.
     pub fn most_times_open(&self, nodes: &[Node], left_over: &[f64], nats: f64) -> f64 {
-        let squares = self.mean_squares(nodes, left_over);
-        let groups = self.groups.iter().zip(&squares);
-        groups
-            .flat_map(|(groups, squares)| {
-                Regime::MOVING.map(|at| (&groups[at as usize], squares[at as usize]))
-            })
+        self.in_motion(nodes, left_over)
             .filter(|(group, _)| group.open_nm > 0.0)
             .map(|(group, square)| (group.independent, square.sqrt() / group.open_nm))
             .filter(|(independent, times)| independent * times.ln() > nats)
@@ -281,12 +291,8 @@ impl Noise {
     /// Whether a rest is as large in every record and regime of motion, to a factor, where three or more of them are long enough to
     /// tell: then it does not depend on what the axis does.
     pub fn is_even(&self, nodes: &[Node], left_over: &[f64], factor: f64) -> bool {
-        let squares = self.mean_squares(nodes, left_over);
-        let groups = self.groups.iter().zip(&squares);
-        let told: Vec<f64> = groups
-            .flat_map(|(groups, squares)| {
-                Regime::MOVING.map(|at| (&groups[at as usize], squares[at as usize]))
-            })
+        let told: Vec<f64> = self
+            .in_motion(nodes, left_over)
             .filter(|(group, _)| group.independent > TELLS)
             .map(|(_, square)| square.sqrt())
             .collect();
@@ -333,16 +339,12 @@ impl Noise {
         left_over: &[f64],
         least_nm: impl Fn(&Group) -> f64,
     ) -> f64 {
-        let squares = self.mean_squares(nodes, left_over);
         let mut sum = 0.0;
-        for (groups, squares) in self.groups.iter().zip(&squares) {
-            for regime in Regime::MOVING {
-                let (group, square) = (&groups[regime as usize], squares[regime as usize]);
-                if group.nodes > 0 {
-                    let mean = square.max(least_nm(group).powi(2));
-                    let spread = mean + group.discrepancy_nm.powi(2);
-                    sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
-                }
+        for (group, square) in self.in_motion(nodes, left_over) {
+            if group.nodes > 0 {
+                let mean = square.max(least_nm(group).powi(2));
+                let spread = mean + group.discrepancy_nm.powi(2);
+                sum -= 0.5 * group.independent * (spread.ln() + mean / spread);
             }
         }
         sum

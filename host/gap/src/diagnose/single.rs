@@ -126,10 +126,7 @@ impl Ground<'_> {
         if !strayed(with, &kept.at) || !something {
             return Ok(kept);
         }
-        let mut start = self.model.start();
-        start.extend(&kept.at[start.len()..]);
-        let other = fit(with, self.records, weights, start)?;
-        Ok(if other.cost < kept.cost { other } else { kept })
+        better_from(with, kept, self.model.start(), self.records, weights)
     }
 
     /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.
@@ -243,7 +240,21 @@ pub(super) fn no_worse(
     if kept.cost <= without.cost {
         return Ok(kept);
     }
-    let mut start = without.at.clone();
+    better_from(with, kept, without.at.clone(), records, weights)
+}
+
+/// The fit with an effect as it is in `kept` from these parameters of the simulator's own, if that does better.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn better_from(
+    with: &Model,
+    kept: Fit,
+    own: Vec<f64>,
+    records: &[Record],
+    weights: &[f64],
+) -> Result<Fit, InputError> {
+    let mut start = own;
     start.extend(&kept.at[start.len()..]);
     let other = fit(with, records, weights, start)?;
     Ok(if other.cost < kept.cost { other } else { kept })
