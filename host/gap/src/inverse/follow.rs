@@ -195,7 +195,9 @@ pub fn left_over(
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
-    let mut load = coupling.map(|coupling| Load::new(coupling, inertia, held_nm, step_s));
+    let bristles_nm_rad = running.stiffness_nm_rad.unwrap_or(0.0);
+    let mut load = coupling
+        .map(|coupling| Load::new(coupling, inertia, bristles_nm_rad, held_nm, step_s));
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
     let mut contact = Affected::of_means(contact, &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
@@ -372,25 +374,40 @@ struct Load {
     twisting_rad_s: f64,
     steps: u32,
     dt_s: f64,
-    /// Twist and its rate after a step, each of what both were before.
-    kept: [[f64; 2]; 2],
+    /// Friction of the step before, N m.
+    opposed_nm: f64,
+    /// Twist and its rate after half a step and a whole one, each of what both were before.
+    kept: [[[f64; 2]; 2]; 2],
 }
 
 impl Load {
-    /// At rest, and twisted by the torque that is held there.
-    fn new(coupling: Coupling, inertia: f64, held_nm: f64, step_s: f64) -> Self {
+    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too.
+    fn new(
+        coupling: Coupling,
+        inertia: f64,
+        bristles_nm_rad: f64,
+        held_nm: f64,
+        step_s: f64,
+    ) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
         let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
+        let held_2 = natural_2 + bristles_nm_rad / inertia_kg_m2;
         let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
         // Half a radian a step lets friction follow, and tells when flanks meet. Without either a step of any length is exact.
         let steps = if coupling.friction_on_motor && coupling.gap_rad == 0.0 {
             1.0
         } else {
-            let steps = natural_2.sqrt() * step_s / 0.5;
+            let steps = held_2.sqrt() * step_s / 0.5;
             steps.ceil().clamp(1.0, MOST_STEPS)
         };
         let dt_s = step_s / steps;
-        let (even, odd) = damped(natural_2, loss, dt_s);
+        let kept = |dt_s| {
+            let (even, odd) = damped(natural_2, loss, dt_s);
+            [
+                [even + loss * odd, odd],
+                [-natural_2 * odd, even - loss * odd],
+            ]
+        };
         Self {
             coupling,
             inertia_kg_m2,
@@ -399,10 +416,8 @@ impl Load {
             twisting_rad_s: 0.0,
             steps: steps as u32,
             dt_s,
-            kept: [
-                [even + loss * odd, odd],
-                [-natural_2 * odd, even - loss * odd],
-            ],
+            opposed_nm: held_nm,
+            kept: [kept(0.5 * dt_s), kept(dt_s)],
         }
     }
 
@@ -416,44 +431,73 @@ impl Load {
     ) -> f64 {
         let mut now = *now;
         now.step_s = self.dt_s;
-        let half = 0.5 * self.coupling.gap_rad;
+        let (motor_rad, motor_rad_s) = (now.motion.position_rad, now.motion.velocity_rad_s);
         let mut sum = 0.0;
-        for _ in 0..self.steps {
-            now.motion.load_position_rad = now.motion.position_rad - self.twist_rad;
-            now.motion.load_velocity_rad_s = now.motion.velocity_rad_s - self.twisting_rad_s;
-            let touches = self.twist_rad.abs() > half || half == 0.0;
-            let flank = if touches {
-                half.copysign(self.twist_rad)
-            } else {
-                0.0
-            };
-            let torque = if touches {
-                self.coupling.stiffness_nm_rad * (self.twist_rad - flank)
-                    + self.coupling.damping_nm_s_rad * self.twisting_rad_s
-            } else {
-                0.0
-            };
+        for step in 0..self.steps {
+            let flank = self.flank();
+            let before = [self.twist_rad, self.twisting_rad_s];
+            let middle = self.moved(before, flank, motor_rad_s2, Part::Half);
+            let off_s = (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps)) * self.dt_s;
+            let velocity_rad_s = motor_rad_s + motor_rad_s2 * off_s;
+            now.motion.load_position_rad = motor_rad + motor_rad_s * off_s - middle[0];
+            now.motion.load_velocity_rad_s = velocity_rad_s - middle[1];
+            let torque = flank.map_or(0.0, |flank| {
+                self.coupling.stiffness_nm_rad * (middle[0] - flank)
+                    + self.coupling.damping_nm_s_rad * middle[1]
+            });
             let opposed = friction(&now, torque);
-            let drives = motor_rad_s2 + opposed / self.inertia_kg_m2;
-            let before = self.twisting_rad_s;
-            if touches {
-                let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
-                let [twist, rate] = [self.twist_rad - rests, before];
-                let [of_twist, of_rate] = self.kept;
-                self.twist_rad = rests + of_twist[0] * twist + of_twist[1] * rate;
-                self.twisting_rad_s = of_rate[0] * twist + of_rate[1] * rate;
-            } else {
-                self.twisting_rad_s += drives * self.dt_s;
-                self.twist_rad += 0.5 * (before + self.twisting_rad_s) * self.dt_s;
-            }
-            let load_rad_s = now.motion.velocity_rad_s - self.twisting_rad_s;
+            self.opposed_nm = opposed;
+            [self.twist_rad, self.twisting_rad_s] =
+                self.moved(before, flank, motor_rad_s2, Part::Whole);
+            let load_rad_s = velocity_rad_s - self.twisting_rad_s;
             if now.motion.load_velocity_rad_s * load_rad_s < 0.0 && torque.abs() <= opposed.abs() {
-                self.twisting_rad_s = now.motion.velocity_rad_s;
+                self.twisting_rad_s = velocity_rad_s;
             }
-            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before) / self.dt_s;
+            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before[1]) / self.dt_s;
         }
         sum / f64::from(self.steps)
     }
+
+    /// Twist at which the coupling bears nothing; none inside the play.
+    fn flank(&self) -> Option<f64> {
+        let half = 0.5 * self.coupling.gap_rad;
+        let touches = self.twist_rad.abs() > half || half == 0.0;
+        touches.then(|| half.copysign(self.twist_rad))
+    }
+
+    /// Twist and its rate after a part of a step with friction as it is known, from what both were.
+    fn moved(
+        &self,
+        [twist, rate]: [f64; 2],
+        flank: Option<f64>,
+        motor_rad_s2: f64,
+        part: Part,
+    ) -> [f64; 2] {
+        let drives = motor_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
+        if let Some(flank) = flank {
+            let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
+            let [of_twist, of_rate] = self.kept[part as usize];
+            let twist = twist - rests;
+            [
+                rests + of_twist[0] * twist + of_twist[1] * rate,
+                of_rate[0] * twist + of_rate[1] * rate,
+            ]
+        } else {
+            let dt_s = match part {
+                Part::Half => 0.5 * self.dt_s,
+                Part::Whole => self.dt_s,
+            };
+            let after = rate + drives * dt_s;
+            [twist + 0.5 * (rate + after) * dt_s, after]
+        }
+    }
+}
+
+/// Part of a step of a load.
+#[derive(Clone, Copy)]
+enum Part {
+    Half,
+    Whole,
 }
 
 /// e^(-loss t) times cosh and sinh(r t)/r, r^2 = loss^2 - natural^2; cos and sin where that is below zero.
