@@ -20,6 +20,8 @@ pub(super) struct Left {
     pub(super) moments: f64,
     /// In the record and regime where it is most, where that tells.
     in_a_regime: f64,
+    /// Part of its squares in sliding that is beyond what the model leaves over of its own records, where that is asked.
+    beyond_own: f64,
 }
 
 impl Left {
@@ -37,7 +39,11 @@ impl Left {
             &search.scale,
             &search.noise,
         );
-        Self::beside(search, by, &search.noise.clone().at_least(&own))
+        let (noise, nodes) = (&search.noise, &search.nodes);
+        Self {
+            beyond_own: noise.part_beyond(nodes, &by.held_out, &own, Regime::Sliding),
+            ..Self::beside(search, by, &noise.clone().at_least(&own))
+        }
     }
 
     /// Beside this noise.
@@ -64,6 +70,7 @@ impl Left {
             } else {
                 noise.most_times_open(nodes, rest, IN_A_REGIME.0)
             },
+            beyond_own: 1.0,
         }
     }
 
@@ -93,6 +100,11 @@ impl Left {
     /// Whether one regime of one record keeps what nothing leaves that is there.
     pub(super) fn fills_a_regime(&self) -> bool {
         self.in_a_regime > IN_A_REGIME.1
+    }
+
+    /// Whether so much of its squares in sliding may depend on anything: what the model leaves over of its own records, too, does.
+    pub(super) fn may_depend(&self, part: f64) -> bool {
+        self.beyond_own > part
     }
 
     /// Whether it is what no effect leaves that is there while the axis slides, of all or in most records.

@@ -10,6 +10,7 @@ mod ceiling;
 mod chosen;
 mod closed;
 mod confusable;
+mod coupling;
 mod credit;
 mod fitted_noise;
 mod held_out;

@@ -2,6 +2,7 @@
 //! which they did not, and no step of a fit leads from the one to the other.
 
 use super::candidate::{Background, Screened, Start};
+use super::coupling::COUPLING;
 use super::screen::Tried;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, fit_near};
@@ -9,7 +10,6 @@ use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-const COUPLING: &str = "mechanics.compliance";
 const PLAY: &str = "mechanics.backlash";
 /// Plays that are tried, in times of the smallest usual one: from hardly one at all.
 const GAPS: [f64; 6] = [0.4, 1.0, 2.5, 5.0, 8.0, 14.0];

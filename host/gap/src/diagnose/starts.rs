@@ -1,6 +1,7 @@
 //! Where in an effect's parameters a fit should start: values over the usual ranges, waves from the spectrum of the rest.
 
 use super::candidate::{Background, Start, hard_range, size_before, sort};
+use super::coupling::{COUPLING, couplings};
 use super::screen::WORTH_A_FIT;
 use super::spectrum;
 use super::sudden::{has_moment, step_as_tried, sudden};
@@ -44,7 +45,12 @@ impl Background<'_> {
             (_, Some(frequency), Some(phase)) => self.waves(entry, frequency, phase, true),
             _ => Vec::new(),
         };
-        let mut grid = self.grid(entry);
+        let is_coupling = entry.id == COUPLING;
+        let mut grid = if is_coupling {
+            couplings(entry, self.scale)
+        } else {
+            self.grid(entry)
+        };
         if !starts.is_empty() {
             // What has a wave has been tried with it; here are the sizes beside.
             let waved = phase.and_then(|phase| size_before(entry, phase));
@@ -65,7 +71,7 @@ impl Background<'_> {
         };
         starts.extend(tried(grid));
         sort(&mut starts);
-        if let Some(form) = place(Kind::Form) {
+        if let Some(form) = place(Kind::Form).filter(|_| !is_coupling) {
             let [other, _] = (entry.parameters[form].range)(self.scale);
             let of_other = |start: &Start| {
                 let mut values = start.values.clone();
