@@ -279,13 +279,7 @@ impl Noise {
     }
 
     /// Part of the squares of a rest in a regime, of each record alike, that is beyond what a model leaves over of its own records.
-    pub fn part_beyond(
-        &self,
-        nodes: &[Node],
-        left_over: &[f64],
-        own: &Own,
-        regime: Regime,
-    ) -> f64 {
+    pub fn part_beyond(&self, nodes: &[Node], left_over: &[f64], own: &Own, regime: Regime) -> f64 {
         let squares = self.mean_squares(nodes, left_over);
         let parts: Vec<f64> = (0..squares.len())
             .map(|place| (squares[place][regime as usize], own.of(place, regime)))

@@ -23,6 +23,8 @@ const POLISHED: usize = 3;
 const BEHIND: f64 = 0.8;
 /// But for those that do better than the best one by so many nats above what is open.
 const WORTH_KEEPING: f64 = 3.0;
+/// Part of the fall of the sum of squares by the best one that another must bring to be fitted from what was believed.
+const WORTH_A_RESTART: f64 = 0.3;
 /// Standard deviations of its prior beyond which a parameter has strayed.
 const STRAYS: f64 = 2.0;
 
@@ -198,7 +200,14 @@ impl Ground<'_> {
         })?;
         further = tried.split_off(POLISHED.min(tried.len()));
         tried = each(tried, |model, fit| {
-            let fit = fit_on(model, self.records, weights, fit)?;
+            fit_on(model, self.records, weights, fit)
+        })?;
+        let best = tried.first().map_or(fitted.cost, |best| best.fit.cost);
+        let worth_it = fitted.cost - WORTH_A_RESTART * (fitted.cost - best);
+        tried = each(tried, |model, fit| {
+            if fit.cost > worth_it {
+                return Ok(fit);
+            }
             self.restarted(model, fit, noise, weights)
         })?;
         tried.extend(further);

@@ -196,8 +196,8 @@ pub fn left_over(
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let bristles_nm_rad = running.stiffness_nm_rad.unwrap_or(0.0);
-    let mut load = coupling
-        .map(|coupling| Load::new(coupling, inertia, bristles_nm_rad, held_nm, step_s));
+    let mut load =
+        coupling.map(|coupling| Load::new(coupling, inertia, bristles_nm_rad, held_nm, step_s));
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
     let mut contact = Affected::of_means(contact, &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
