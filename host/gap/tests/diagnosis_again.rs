@@ -93,3 +93,17 @@ fn a_lag_is_fitted_from_starts_that_promise_less_too() {
     let there = "friction.lag";
     names_alone(&drawn_with(14550, &[there], 1.0), &all(), there);
 }
+
+#[test]
+fn a_coupling_s_resonance_is_found_between_others() {
+    // At the parameters of the refit no coupling promises anything: it has taken stiction for the load's own motion.
+    let there = "mechanics.compliance";
+    let accused = [
+        "actuator.deadzone",
+        "friction.lag",
+        "friction.load",
+        "mechanics.backlash",
+        there,
+    ];
+    names_alone(&drawn(16001, &[there]), &accused, there);
+}
