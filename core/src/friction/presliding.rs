@@ -28,8 +28,8 @@ pub(crate) fn decay<T: Real>(along: T, far: T, alpha: T, z_ss: T) -> (T, T) {
     }
     let ends = z_ss / alpha;
     let off = along - ends;
-    // As all along in sliding at a constant level, where a decay goes on for many steps after it has shown.
-    if off.abs() < T::of(1e-10) * ends {
+    // As all along in sliding at a constant level.
+    if off == T::ZERO {
         return (ends, ends);
     }
     // exp(-40) is lost in the rounding of what is left of z_ss.
