@@ -174,7 +174,7 @@ fn what_friction_holds_at_rest_is_no_loss_of_effort() {
 
 #[test]
 fn a_load_that_rubs_behind_a_coupling_is_followed() {
-    // 0.2 rad/N m between halves of the inertia: 80 Hz, 0.3 of them on the load's bristles.
+    // 0.2 rad/N m between halves of the inertia: 80 Hz, sqrt(5/2e-5)/(2 pi).
     let coupling = "[[effect]]\nid = \"mechanics.compliance\"\ncompliance_rad_nm = 0.2\nload_share = 0.5\n\
         damping_ratio = 0.03\nfriction_on_motor = 0\n";
     let text = format!("{AXIS}{coupling}");

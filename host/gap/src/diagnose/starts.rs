@@ -26,7 +26,7 @@ pub(super) const IN_PROPORTION: f64 = 3.0;
 const CERTAIN: f64 = 0.5;
 /// So many starts of an effect are tried as they are before it is believed what they promise.
 const CONFIRMED: usize = 5;
-/// An effect of two forms is tried in one, and from so many of its best starts in the other.
+/// An effect of two forms of which its grid has one is tried in that, and from so many of its best starts in the other.
 const OTHER_FORM: usize = 12;
 /// The smallest size of an effect that is never zero says in which direction it goes; a fit gets there by this part of
 /// what that promises.
@@ -45,12 +45,11 @@ impl Background<'_> {
             (_, Some(frequency), Some(phase)) => self.waves(entry, frequency, phase, true),
             _ => Vec::new(),
         };
-        let is_coupling = entry.id == COUPLING;
-        let mut grid = if is_coupling {
-            couplings(entry, self.scale)
-        } else {
-            self.grid(entry)
-        };
+        let mut grid = self.grid(entry);
+        let lowest = |form: usize| (entry.parameters[form].range)(self.scale)[0];
+        let other_form = place(Kind::Form)
+            .map(|form| (form, lowest(form)))
+            .filter(|&(form, other)| grid.iter().all(|values| values[form] != other));
         if !starts.is_empty() {
             // What has a wave has been tried with it; here are the sizes beside.
             let waved = phase.and_then(|phase| size_before(entry, phase));
@@ -71,8 +70,7 @@ impl Background<'_> {
         };
         starts.extend(tried(grid));
         sort(&mut starts);
-        if let Some(form) = place(Kind::Form).filter(|_| !is_coupling) {
-            let [other, _] = (entry.parameters[form].range)(self.scale);
+        if let Some((form, other)) = other_form {
             let of_other = |start: &Start| {
                 let mut values = start.values.clone();
                 values[form] = other;
@@ -121,8 +119,11 @@ impl Background<'_> {
         })
     }
 
-    /// Values over the usual range: one size at a time, every combination of a few shapes.
+    /// Values over the usual range: one size at a time, every combination of a few shapes; of a coupling its own.
     fn grid(&self, entry: &'static Entry) -> Vec<Vec<f64>> {
+        if entry.id == COUPLING {
+            return couplings(entry, self.scale);
+        }
         let parameters = entry.parameters;
         let range = |i: usize| (parameters[i].range)(self.scale);
         let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);

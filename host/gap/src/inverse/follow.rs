@@ -373,11 +373,17 @@ struct Load {
     twist_rad: f64,
     twisting_rad_s: f64,
     steps: u32,
-    dt_s: f64,
     /// Friction of the step before, N m.
     opposed_nm: f64,
-    /// Twist and its rate after half a step and a whole one, each of what both were before.
-    kept: [[[f64; 2]; 2]; 2],
+    half: Stride,
+    whole: Stride,
+}
+
+/// A stretch of time that a load moves on by.
+struct Stride {
+    dt_s: f64,
+    /// Twist and its rate after it, each of what both were before.
+    kept: [[f64; 2]; 2],
 }
 
 impl Load {
@@ -401,12 +407,13 @@ impl Load {
             steps.ceil().clamp(1.0, MOST_STEPS)
         };
         let dt_s = step_s / steps;
-        let kept = |dt_s| {
+        let stride = |dt_s| {
             let (even, odd) = damped(natural_2, loss, dt_s);
-            [
+            let kept = [
                 [even + loss * odd, odd],
                 [-natural_2 * odd, even - loss * odd],
-            ]
+            ];
+            Stride { dt_s, kept }
         };
         Self {
             coupling,
@@ -415,9 +422,9 @@ impl Load {
                 + 0.5 * coupling.gap_rad.copysign(held_nm),
             twisting_rad_s: 0.0,
             steps: steps as u32,
-            dt_s,
             opposed_nm: held_nm,
-            kept: [kept(0.5 * dt_s), kept(dt_s)],
+            half: stride(0.5 * dt_s),
+            whole: stride(dt_s),
         }
     }
 
@@ -430,14 +437,15 @@ impl Load {
         mut friction: impl FnMut(&Instant, f64) -> f64,
     ) -> f64 {
         let mut now = *now;
-        now.step_s = self.dt_s;
+        let dt_s = self.whole.dt_s;
+        now.step_s = dt_s;
         let (motor_rad, motor_rad_s) = (now.motion.position_rad, now.motion.velocity_rad_s);
         let mut sum = 0.0;
         for step in 0..self.steps {
             let flank = self.flank();
             let before = [self.twist_rad, self.twisting_rad_s];
-            let middle = self.moved(before, flank, motor_rad_s2, Part::Half);
-            let off_s = (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps)) * self.dt_s;
+            let middle = self.moved(before, flank, motor_rad_s2, &self.half);
+            let off_s = (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps)) * dt_s;
             let velocity_rad_s = motor_rad_s + motor_rad_s2 * off_s;
             now.motion.load_position_rad = motor_rad + motor_rad_s * off_s - middle[0];
             now.motion.load_velocity_rad_s = velocity_rad_s - middle[1];
@@ -448,12 +456,12 @@ impl Load {
             let opposed = friction(&now, torque);
             self.opposed_nm = opposed;
             [self.twist_rad, self.twisting_rad_s] =
-                self.moved(before, flank, motor_rad_s2, Part::Whole);
+                self.moved(before, flank, motor_rad_s2, &self.whole);
             let load_rad_s = velocity_rad_s - self.twisting_rad_s;
             if now.motion.load_velocity_rad_s * load_rad_s < 0.0 && torque.abs() <= opposed.abs() {
                 self.twisting_rad_s = velocity_rad_s;
             }
-            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before[1]) / self.dt_s;
+            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before[1]) / dt_s;
         }
         sum / f64::from(self.steps)
     }
@@ -465,39 +473,28 @@ impl Load {
         touches.then(|| half.copysign(self.twist_rad))
     }
 
-    /// Twist and its rate after a part of a step with friction as it is known, from what both were.
+    /// Twist and its rate after a stride with friction as it is known, from what both were.
     fn moved(
         &self,
         [twist, rate]: [f64; 2],
         flank: Option<f64>,
         motor_rad_s2: f64,
-        part: Part,
+        stride: &Stride,
     ) -> [f64; 2] {
         let drives = motor_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
         if let Some(flank) = flank {
             let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
-            let [of_twist, of_rate] = self.kept[part as usize];
+            let [of_twist, of_rate] = stride.kept;
             let twist = twist - rests;
             [
                 rests + of_twist[0] * twist + of_twist[1] * rate,
                 of_rate[0] * twist + of_rate[1] * rate,
             ]
         } else {
-            let dt_s = match part {
-                Part::Half => 0.5 * self.dt_s,
-                Part::Whole => self.dt_s,
-            };
-            let after = rate + drives * dt_s;
-            [twist + 0.5 * (rate + after) * dt_s, after]
+            let after = rate + drives * stride.dt_s;
+            [twist + 0.5 * (rate + after) * stride.dt_s, after]
         }
     }
-}
-
-/// Part of a step of a load.
-#[derive(Clone, Copy)]
-enum Part {
-    Half,
-    Whole,
 }
 
 /// e^(-loss t) times cosh and sinh(r t)/r, r^2 = loss^2 - natural^2; cos and sin where that is below zero.
