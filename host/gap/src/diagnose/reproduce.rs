@@ -64,13 +64,18 @@ pub fn reproduced(outcome: &Outcome) -> Result<Vec<Reproduced>, InputError> {
     } else {
         outcome.verdict.named.clone()
     };
-    let before = simulated(search, &search.base)?;
+    let mut simulated: Vec<Vec<Error>> = std::iter::once(&search.base)
+        .chain(places.iter().map(|&place| &ranked[place].0))
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|hypothesis| simulated(search, hypothesis))
+        .collect::<Result<_, InputError>>()?;
+    let with = simulated.split_off(1);
     let mut all = Vec::new();
-    for place in places {
+    for (place, after) in places.into_iter().zip(&with) {
         let hypothesis = &ranked[place].0;
         one_step(search, hypothesis, &mut all);
-        let after = simulated(search, hypothesis)?;
-        for (before, after) in before.iter().zip(&after) {
+        for (before, after) in simulated[0].iter().zip(after) {
             all.push(compared(search, hypothesis, before, after));
         }
     }
@@ -151,8 +156,8 @@ fn compared(search: &Search, hypothesis: &Hypothesis, before: &Error, after: &Er
 /// Errors of all windows and of the free run, by record.
 fn simulated(search: &Search, hypothesis: &Hypothesis) -> Result<Vec<Error>, InputError> {
     let point = hypothesis.model.at(&hypothesis.fit.at);
-    let mut errors = Vec::new();
-    for (place, record) in search.records.iter().enumerate() {
+    let of_record = |(place, record): (usize, &Record)| {
+        let mut errors = Vec::new();
         for length_s in WINDOWS_S {
             let ranges = windows(record, length_s);
             let parts = ranges
@@ -176,8 +181,11 @@ fn simulated(search: &Search, hypothesis: &Hypothesis) -> Result<Vec<Error>, Inp
             })
             .collect::<Result<Vec<_>, InputError>>()?;
         errors.push(summed("position in free run".to_string(), place, parts));
-    }
-    Ok(errors)
+        Ok(errors)
+    };
+    let records = search.records.par_iter().enumerate();
+    let errors: Vec<Vec<Error>> = records.map(of_record).collect::<Result<_, InputError>>()?;
+    Ok(errors.into_iter().flatten().collect())
 }
 
 fn summed(view: String, record: usize, parts: Vec<Vec<f64>>) -> Error {
