@@ -2,7 +2,7 @@
 
 use bristle_gap::diagnose::catalogue;
 use bristle_gap::inverse::{Model, Record};
-use bristle_gap::signal::rms;
+use bristle_gap::signal::{rms, rms_beside};
 use bristle_gap::trial::{self, Wanted};
 use bristle_gap::{AxisFile, Believed};
 use rayon::prelude::*;
@@ -48,5 +48,5 @@ fn part_taken(id: &'static str) -> f64 {
         rms(model.left_over(&records, &model.start()).unwrap())
     };
     let [with_nm, without_nm] = [&trial.truth, &without].map(left_over_nm);
-    (without_nm.powi(2) - with_nm.powi(2)).max(0.0).sqrt() / trial.gap_nm
+    rms_beside(without_nm, with_nm) / trial.gap_nm
 }

@@ -64,18 +64,20 @@ pub fn reproduced(outcome: &Outcome) -> Result<Vec<Reproduced>, InputError> {
     } else {
         outcome.verdict.named.clone()
     };
-    let mut simulated: Vec<Vec<Error>> = std::iter::once(&search.base)
-        .chain(places.iter().map(|&place| &ranked[place].0))
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|hypothesis| simulated(search, hypothesis))
-        .collect::<Result<_, InputError>>()?;
-    let with = simulated.split_off(1);
+    let (before, with) = rayon::join(
+        || simulated(search, &search.base),
+        || {
+            let named = places.par_iter().map(|&place| &ranked[place].0);
+            let with = named.map(|hypothesis| simulated(search, hypothesis));
+            with.collect::<Result<Vec<_>, InputError>>()
+        },
+    );
+    let (before, with) = (before?, with?);
     let mut all = Vec::new();
-    for (place, after) in places.into_iter().zip(&with) {
-        let hypothesis = &ranked[place].0;
+    for (place, after) in places.iter().zip(&with) {
+        let hypothesis = &ranked[*place].0;
         one_step(search, hypothesis, &mut all);
-        for (before, after) in simulated[0].iter().zip(after) {
+        for (before, after) in before.iter().zip(after) {
             all.push(compared(search, hypothesis, before, after));
         }
     }

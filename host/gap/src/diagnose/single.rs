@@ -195,31 +195,29 @@ impl Ground<'_> {
                 fitted = other;
             }
         }
-        let cost = |tried: &[Tried]| tried.first().map_or(fitted.cost, |best| best.fit.cost);
-        let worth = |part: f64, best: f64| fitted.cost - part * (fitted.cost - best);
-        // Beside one that leaves nothing those that hardly do anything are ranked as they are.
+        let worth = |part: f64, tried: &[Tried]| {
+            let best = tried.first().map_or(fitted.cost, |best| best.fit.cost);
+            fitted.cost - part * (fitted.cost - best)
+        };
         let explained = tried
             .first()
             .is_some_and(|best| !leaves(noise, self.nodes, &best.fit.left_over, NOTHING));
-        let worth_a_fit = if explained {
-            worth(1.0 - BEHIND, cost(&tried))
+        let mut polished = POLISHED.min(tried.len());
+        if explained {
+            // What hardly does anything beside it is ranked as it is.
+            let worth_a_fit = worth(1.0 - BEHIND, &tried);
+            let first = tried[..polished].iter();
+            polished = first.filter(|one| one.fit.cost <= worth_a_fit).count();
         } else {
-            f64::INFINITY
-        };
-        tried = each(tried, |with, kept| {
-            if kept.cost > worth_a_fit {
-                return Ok(kept);
-            }
-            no_worse(with, kept, &fitted, self.records, weights)
-        })?;
-        further = tried.split_off(POLISHED.min(tried.len()));
+            tried = each(tried, |with, kept| {
+                no_worse(with, kept, &fitted, self.records, weights)
+            })?;
+        }
+        further = tried.split_off(polished);
         tried = each(tried, |model, fit| {
-            if fit.cost > worth_a_fit {
-                return Ok(fit);
-            }
             fit_on(model, self.records, weights, fit)
         })?;
-        let worth_it = worth(WORTH_A_RESTART, cost(&tried));
+        let worth_it = worth(WORTH_A_RESTART, &tried);
         tried = each(tried, |model, fit| {
             if fit.cost > worth_it {
                 return Ok(fit);
