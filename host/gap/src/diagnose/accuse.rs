@@ -22,7 +22,7 @@ pub(super) const MATTERS: f64 = 0.4;
 /// that is of times that are counted over all regimes: what acts in few of them, as friction that remembers a rest, hardly shows there. Of 40
 /// trials without an effect one was at 13, the others at 8 at most, where it was no friction that grows with load, or alike. That takes more: errors
 /// of the motion took 0.14 at most where they gained anything above what is open. A lag that was not there took 0.075 by 63 nats.
-pub(super) const BY_EVIDENCE: (f64, [f64; 2]) = (30.0, [0.1, 0.2]);
+pub(super) const BY_EVIDENCE: (f64, [f64; 2]) = (25.0, [0.1, 0.2]);
 /// Share of the gap, nats of evidence beyond its null, and part of the weighted squares, that an effect must explain, gain and take away to be accused
 /// however small the gap is; of the last the second where it changes what errors of the motion change. Of 90 opened trials without an effect
 /// those that seemed to explain as much took 0.09 at most of what errors change, by 73 nats, and 0.02 of other squares, by 24.

@@ -116,16 +116,20 @@ impl<'a> Chosen<'a> {
                         || explains
                         || evident
                         || explains_all
-                        || self.takes_what_slides() && evidence > nats_of_evidence))
+                        || evidence > nats_of_evidence && self.takes_what_is_of_no_list()))
     }
 
-    /// Whether the simulator alone leaves what would be of no list in sliding, and it nothing: few moments of sliding that a geometric mean hardly
-    /// shows. Of 120 opened cases that were not accused otherwise one was so, and was there.
-    fn takes_what_slides(&self) -> bool {
+    /// Whether the simulator alone leaves what would be of no list, and it nothing: few moments, or one regime of one record, that a geometric mean
+    /// hardly shows.
+    fn takes_what_is_of_no_list(&self) -> bool {
         let (noise, nodes) = (&self.search.noise, &self.search.nodes);
-        let base = &self.search.base.held_out;
-        noise.rms_times_open(nodes, base, &[Regime::Sliding]) > UNKNOWN_SLIDING
+        let base = &self.search.base;
+        let of_no_list = noise.rms_times_open(nodes, &base.held_out, &[Regime::Sliding])
+            > UNKNOWN_SLIDING
+            || Left::new(self.search, base).is_of_no_list();
+        of_no_list
             && !leaves(noise, nodes, &self.best.held_out, NOTHING)
+            && !Left::new(self.search, self.best).fills_a_regime()
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.

@@ -1,8 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
 use super::accuse::{
-    EVENLY, IN_A_REGIME, LEAVES, LEAVES_MOMENTS, LEAVES_SLIDING, NOTHING, UNKNOWN, UNKNOWN_SLIDING,
-    UNKNOWN_SLIDING_USUALLY,
+    ACCUSES, EVENLY, IN_A_REGIME, LEAVES, LEAVES_MOMENTS, LEAVES_SLIDING, NOTHING, UNKNOWN,
+    UNKNOWN_MOMENTS, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
 };
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
@@ -12,7 +12,7 @@ use super::tried::Search;
 
 /// What is left, in times of what is open; where that is anything, of what the model leaves over of its own records, where that is more.
 pub(super) struct Left {
-    /// Over all regimes; as a ratio of root-mean-squares in sliding; as the mean over records in sliding.
+    /// Over all regimes; as a ratio of root-mean-squares in sliding, where that speaks for itself; as the mean over records in sliding.
     pub(super) times: [f64; 3],
     /// It is much, and no noise of the recorder.
     pub(super) much: bool,
@@ -50,9 +50,16 @@ impl Left {
     fn beside(search: &Search, by: &Hypothesis, noise: &Noise) -> Self {
         let (nodes, rest) = (&search.nodes, &by.held_out);
         let sliding = &[Regime::Sliding];
+        // Of few independent moments such a ratio is large by chance.
+        let speaks = noise.nats_beyond_open(nodes, rest, sliding) > ACCUSES;
+        let rms_sliding = if speaks {
+            noise.rms_times_open(nodes, rest, sliding)
+        } else {
+            1.0
+        };
         let times = [
             noise.times_open(nodes, rest),
-            noise.rms_times_open(nodes, rest, sliding),
+            rms_sliding,
             noise.times_open_in(nodes, rest, sliding),
         ];
         let noise_alone = times[0] < EVENLY.1 && noise.is_even(nodes, rest, EVENLY.0);
@@ -92,14 +99,17 @@ impl Left {
         self.times[0] > times && self.moments > LEAVES[1]
     }
 
-    /// Ratio of root-mean-squares in sliding.
-    pub(super) fn rms_sliding(&self) -> f64 {
-        self.times[1]
-    }
-
     /// Whether one regime of one record keeps what nothing leaves that is there.
     pub(super) fn fills_a_regime(&self) -> bool {
         self.in_a_regime > IN_A_REGIME.1
+    }
+
+    /// Whether it is what no simulator leaves that nothing is missing from.
+    pub(super) fn is_of_no_list(&self) -> bool {
+        self.is_unexplained()
+            || self.moments > UNKNOWN_MOMENTS
+            || self.fills_a_regime()
+            || self.much && self.times[1] > UNKNOWN_SLIDING
     }
 
     /// Whether so much of its squares in sliding may depend on anything: what the model leaves over of its own records, too, does.

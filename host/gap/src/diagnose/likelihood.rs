@@ -234,21 +234,32 @@ impl Noise {
         self.times_open_in(nodes, left_over, &Regime::MOVING)
     }
 
+    /// Nats by which a rest speaks in some regimes for more than is open, by all that is independent there.
+    pub fn nats_beyond_open(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
+        self.beyond_open(nodes, left_over, regimes).0
+    }
+
     /// The same in some regimes.
     pub fn times_open_in(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
+        let (nats, independent) = self.beyond_open(nodes, left_over, regimes);
+        (nats / f64::max(independent, 1.0)).exp()
+    }
+
+    /// Logarithm of how many times what is open a rest is, summed over all that is independent in some regimes, and how much that is.
+    fn beyond_open(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> (f64, f64) {
         let squares = self.mean_squares(nodes, left_over);
-        let (mut sum, mut weight) = (0.0, 0.0);
+        let (mut nats, mut independent) = (0.0, 0.0);
         for (groups, squares) in self.groups.iter().zip(&squares) {
             for &regime in regimes {
                 let (group, square) = (&groups[regime as usize], squares[regime as usize]);
                 if group.nodes > 0 && group.open_nm > 0.0 {
                     let times = (square.sqrt() / group.open_nm).max(1.0);
-                    sum += group.independent * times.ln();
-                    weight += group.independent;
+                    nats += group.independent * times.ln();
+                    independent += group.independent;
                 }
             }
         }
-        (sum / f64::max(weight, 1.0)).exp()
+        (nats, independent)
     }
 
     /// The same over some regimes as a ratio of root-mean-squares: it shows a rest that only few independent moments have.

@@ -18,6 +18,8 @@ pub(super) const SHAPES: usize = 3;
 const LIMITS: usize = 8;
 /// A single one, from the least that is physical on: where it cuts a controller asks for ever more.
 const LEVELS_OF_LIMIT: usize = 14;
+/// And so close to the greatest effort, as parts of it: of one that cuts a few peaks alone a level further down would cut far more.
+const LEVELS_AT_PEAKS: [f64; 5] = [0.88, 0.91, 0.94, 0.965, 0.985];
 /// Starts of an effect with several shape parameters are cut to so many.
 const MOST_STARTS: usize = 45;
 /// A size that is never zero is not in proportion to its change far from where it was tried.
@@ -168,9 +170,9 @@ impl Background<'_> {
             let tried: Vec<f64> = match parameters[shape].kind {
                 Kind::Side => vec![low, high],
                 Kind::Limit if of(Kind::Limit).count() > 1 => levels([low, high], LIMITS).collect(),
-                Kind::Limit => {
-                    levels([hard_range([low, high])[0], high], LEVELS_OF_LIMIT).collect()
-                }
+                Kind::Limit => levels([hard_range([low, high])[0], high], LEVELS_OF_LIMIT)
+                    .chain(LEVELS_AT_PEAKS.map(|part| part * high))
+                    .collect(),
                 _ => self
                     .moments(parameters[shape].kind, &self.rest())
                     .unwrap_or_else(|| levels([low, high], SHAPES).collect()),

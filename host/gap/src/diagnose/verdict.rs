@@ -6,7 +6,7 @@
 //! method knows least of. What an effect explains is a share of the logarithm of that. A rest of few moments hardly moves that
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
-use super::accuse::{DEPENDS, LITTLE, UNKNOWN_MOMENTS, UNKNOWN_SLIDING};
+use super::accuse::{DEPENDS, LITTLE};
 use super::ceiling;
 use super::chosen::Chosen;
 use super::hypothesis::{Hypothesis, sort};
@@ -78,10 +78,7 @@ pub fn verdict(search: &Search) -> Verdict {
         && (search.is_unlisted()
             || left.much && chosen.explained < LITTLE
             || !accused
-                && (left.is_unexplained()
-                    || left.moments > UNKNOWN_MOMENTS
-                    || left.fills_a_regime()
-                    || left.much && left.rms_sliding() > UNKNOWN_SLIDING
+                && (left.is_of_no_list()
                     || left.is_anything()
                         && ceiling::depends_in_sliding(search, &base.held_out, DEPENDS))
             || accused && chosen.stands_for_another(&left));

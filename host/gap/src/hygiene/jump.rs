@@ -5,6 +5,8 @@ use std::ops::Range;
 
 /// Samples on either side that a step is measured against.
 const AROUND: usize = 5;
+/// Part of what a step leaves that a hit leaves at most: noise of the encoder leaves both alike.
+const HIT: f64 = 0.5;
 
 /// A step of the position faster than effort could move the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,30 +19,89 @@ pub struct Jump {
     pub allowed_rad: f64,
 }
 
+/// What a group of samples whose speed changes too fast is.
+#[derive(Debug, PartialEq)]
+pub(super) enum Measured {
+    /// A step of the position.
+    Step(Jump),
+    /// A change of the speed: the axis was hit.
+    Hit,
+    /// Too close to an end to tell.
+    Nothing,
+}
+
 /// The step within a group of samples whose speed changes too fast: the size that a parabola of time about it needs to be
-/// one on both sides.
-pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Option<Jump> {
-    let near = group.start.checked_sub(1)?..(group.end + 1).min(q.len());
+/// one on both sides; or where a change of speed fits better, that.
+pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Measured {
+    let Some(first) = group.start.checked_sub(1) else {
+        return Measured::Nothing;
+    };
+    let near = first..(group.end + 1).min(q.len());
     let slope = slope_before(q, group.start);
     let step = |k: &usize| (q[*k] - q[k - 1] - slope).abs();
-    let sample = (near.start + 1..near.end).max_by(|a, b| step(a).total_cmp(&step(b)))?;
+    let Some(sample) = (near.start + 1..near.end).max_by(|a, b| step(a).total_cmp(&step(b))) else {
+        return Measured::Nothing;
+    };
     // What the group holds besides is on neither side.
     let rows: Vec<usize> = (sample.saturating_sub(AROUND)..(sample + AROUND).min(q.len()))
         .filter(|k| *k <= group.start || *k + 1 >= group.end || [sample - 1, sample].contains(k))
         .collect();
-    let unit = AROUND as f64;
-    let of = |k: usize| {
-        let t = (k as f64 - sample as f64) / unit;
-        [1.0, t, t * t, f64::from(u8::from(k >= sample))]
+    if is_hit(q, group) {
+        return Measured::Hit;
+    }
+    let Some((solved, _)) = fitted(q, &rows, sample, &[|_| 1.0]) else {
+        return Measured::Nothing;
     };
-    let design = DMatrix::from_fn(rows.len(), 4, |row, column| of(rows[row])[column]);
-    let values = DVector::from_fn(rows.len(), |row, _| q[rows[row]] - q[sample]);
-    let solved = design.svd(true, true).solve(&values, 1e-9).ok()?;
-    Some(Jump {
+    let size_rad = solved[3];
+    Measured::Step(Jump {
         sample,
-        size_rad: solved[3],
+        size_rad,
         allowed_rad,
     })
+}
+
+/// Whether the motions on both sides of a group meet within it, where a step between them would leave far more.
+fn is_hit(q: &[f64], group: &Range<usize>) -> bool {
+    let behind = group.end - 1;
+    let rows: Vec<usize> = (group.start.saturating_sub(AROUND)..(group.end + AROUND).min(q.len()))
+        .filter(|k| *k <= group.start || *k >= behind)
+        .collect();
+    let step: fn(f64) -> f64 = |_| 1.0;
+    let (Some((_, of_step)), Some((both, of_hit))) = (
+        fitted(q, &rows, behind, &[step]),
+        fitted(q, &rows, behind, &[step, |t| t]),
+    ) else {
+        return false;
+    };
+    // The sides meet where what is behind is beyond what is before by nothing.
+    let meet = behind as f64 - AROUND as f64 * both[3] / both[4];
+    of_hit < HIT * of_step && (group.start as f64 - 1.0..=group.end as f64).contains(&meet)
+}
+
+/// A parabola of time through some rows, and what is added to it from a sample on; and what that leaves.
+fn fitted(
+    q: &[f64],
+    rows: &[usize],
+    sample: usize,
+    behind: &[fn(f64) -> f64],
+) -> Option<(DVector<f64>, f64)> {
+    let of = |k: usize, column: usize| {
+        let t = (k as f64 - sample as f64) / AROUND as f64;
+        match column {
+            0 => 1.0,
+            1 => t,
+            2 => t * t,
+            _ if k < sample => 0.0,
+            _ => behind[column - 3](t),
+        }
+    };
+    let design = DMatrix::from_fn(rows.len(), 3 + behind.len(), |row, column| {
+        of(rows[row], column)
+    });
+    let values = DVector::from_fn(rows.len(), |row, _| q[rows[row]] - q[sample]);
+    let solved = design.clone().svd(true, true).solve(&values, 1e-9).ok()?;
+    let left = (design * &solved - values).norm();
+    Some((solved, left))
 }
 
 /// Mean step of the ten samples up to `k`, before whatever happens there.
@@ -68,11 +129,30 @@ mod tests {
             let q: Vec<f64> = (0..40)
                 .map(|k| motion(k) - if k < at { 0.0 } else { 0.02 })
                 .collect();
-            let jump = measured(&q, &(at - 1..at + 1), 0.01).unwrap();
+            let Measured::Step(jump) = measured(&q, &(at - 1..at + 1), 0.01) else {
+                panic!("no step");
+            };
             assert_eq!(jump.sample, at);
             // A parabola is one on both sides.
             assert!((jump.size_rad + 0.02).abs() < 1e-12, "{jump:?}");
         }
-        assert!(measured(&[0.0, 1.0], &(0..2), 0.01).is_none());
+        assert_eq!(measured(&[0.0, 1.0], &(0..2), 0.01), Measured::Nothing);
+    }
+
+    #[test]
+    fn a_hit_is_no_step() {
+        // From 10 rad/s back at 6 rad/s at 1 kHz, between two samples or over three, on whole counts.
+        for (moment, lasts) in [(0.0201, 0.0), (0.0205, 0.0), (0.0209, 0.0), (0.0195, 0.002)] {
+            let q: Vec<f64> = (0..40)
+                .map(|k| k as f64 * 1e-3 - moment)
+                .map(|t| match t {
+                    t if t < 0.0 => 10.0 * t,
+                    t if t < lasts => 0.0,
+                    t => -6.0 * (t - lasts),
+                })
+                .map(|q| (q * 1e4).round() * 1e-4)
+                .collect();
+            assert_eq!(measured(&q, &(19..23), 0.001), Measured::Hit, "{moment}");
+        }
     }
 }

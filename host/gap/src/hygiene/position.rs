@@ -1,6 +1,6 @@
 //! Positions: whether they move, on which grid, and whether effort and inertia could have moved them so.
 
-use super::jump::{Jump, measured, slope_before};
+use super::jump::{Jump, Measured, measured, slope_before};
 use super::{Code, Hygiene, Severity, many};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
@@ -285,13 +285,14 @@ impl Found {
             } else if let Some(frozen) = frozen {
                 self.stuck.push(shifted(frozen.start..last + 1));
             } else {
-                let step =
-                    measured(q, &group, limits.step_rad(u, &group, stretch.step_s)).map(|jump| {
-                        Jump {
-                            sample: jump.sample + offset,
-                            ..jump
-                        }
-                    });
+                let step = match measured(q, &group, limits.step_rad(u, &group, stretch.step_s)) {
+                    Measured::Hit => continue,
+                    Measured::Nothing => None,
+                    Measured::Step(jump) => Some(Jump {
+                        sample: jump.sample + offset,
+                        ..jump
+                    }),
+                };
                 elsewhere.push((shifted(group), peak.max(net.abs()), step));
             }
         }
