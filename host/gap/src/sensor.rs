@@ -258,13 +258,15 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     }
     let each = samples.len() as f64 / PARTS as f64;
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let points: Vec<(f64, f64)> = samples
-        .chunks(samples.len().div_ceil(PARTS))
+    let of_smaller = |mut squares: Vec<f64>| {
+        squares.sort_unstable_by(f64::total_cmp);
+        squares.truncate((SMALLER * squares.len() as f64).ceil() as usize);
+        squares.iter().sum::<f64>() / squares.len() as f64
+    };
+    let parts = || samples.chunks(samples.len().div_ceil(PARTS));
+    let points: Vec<(f64, f64)> = parts()
         .map(|part| {
-            let mut rest: Vec<f64> = part.iter().map(|x| x.1 * x.1).collect();
-            rest.sort_unstable_by(f64::total_cmp);
-            rest.truncate((SMALLER * rest.len() as f64).ceil() as usize);
-            let square = rest.iter().sum::<f64>() / rest.len() as f64;
+            let square = of_smaller(part.iter().map(|x| x.1 * x.1).collect());
             let speed = part.iter().map(|x| x.0 * x.0).sum::<f64>() / part.len() as f64;
             (speed, variance(square).max(quantisation))
         })
@@ -278,9 +280,12 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
         xx += (p.0 - x).powi(2);
         yy += (p.1 - y).powi(2);
     }
-    let (fastest, its_noise) = points[points.len() - 1];
+    // Each beside its own speed: the fastest part of a log that mostly rests holds slow moments, too.
+    let beside_speed =
+        |&(speed, third): &(f64, f64)| variance(third * third).max(quantisation) / (speed * speed);
+    let fastest = parts().next_back().into_iter().flatten();
     let none = Shown {
-        most_jitter_s: (its_noise / fastest).sqrt(),
+        most_jitter_s: of_smaller(fastest.map(beside_speed).collect()).sqrt(),
         ..Shown::default()
     };
     // A straight line over the square of speed, or it is something else.
