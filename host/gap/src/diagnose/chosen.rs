@@ -2,9 +2,10 @@
 
 use super::accuse::{
     ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
-    LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE, STANDS_FOR, STEPS_TAKE,
-    TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS,
-    below_open, brings_bristles, choose, explained, follows_acceleration, leaves,
+    LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE, STANDS_FOR,
+    STEPS_EXPLAIN, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
+    UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, explained, follows_acceleration,
+    leaves,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
@@ -112,6 +113,7 @@ impl<'a> Chosen<'a> {
                 || !worsens
                     && beyond_null
                     && evidence > LEAST_EVIDENCE
+                    && !(steps && takes < STEPS_EXPLAIN)
                     && (self.spares()
                         || explains
                         || evident

@@ -5,7 +5,7 @@ use super::candidate::{Background, Screened, Start};
 use super::coupling::COUPLING;
 use super::screen::Tried;
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, fit_near};
+use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -65,9 +65,11 @@ pub(super) fn try_about_coupling(
     }
     // With flanks that meet at other moments no fit goes from one play to another.
     let known = &background.fit.jacobian;
-    let fitted = |model: &Model, at: Vec<f64>| {
-        fit_near(model, background.records, background.weights, at, known)
+    let fitted_until = |stands_still: f64, model: &Model, at: Vec<f64>| {
+        let (records, weights) = (background.records, background.weights);
+        fit_near_until(stands_still, model, records, weights, at, known)
     };
+    let fitted = |model: &Model, at: Vec<f64>| fitted_until(STANDS_STILL, model, at);
     let coupled = &if coupling < settled {
         coupled.clone()
     } else {
@@ -76,6 +78,9 @@ pub(super) fn try_about_coupling(
     let brought = background.fit.cost - coupled.cost;
     let found_before = place(PLAY).map_or(f64::INFINITY, |at| found[at].fit.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
+    if enough <= 0.0 {
+        return Ok(());
+    }
     let own = &coupled.at[..background.model.free.len()];
     let begun = |starts: Vec<Start>| {
         let tried = starts.into_iter().map(|start| {
@@ -101,7 +106,7 @@ pub(super) fn try_about_coupling(
     begun.truncate(FITTED);
     let best = begun
         .into_par_iter()
-        .map(|(_, model, at)| Ok((fitted(&model, at)?, model)))
+        .map(|(_, model, at)| Ok((fitted_until(PROMISES, &model, at)?, model)))
         .collect::<Result<Vec<(Fit, Model)>, InputError>>()?
         .into_iter()
         // Another one only where it does clearly better than the one that promised most.
@@ -115,6 +120,7 @@ pub(super) fn try_about_coupling(
     let Some((fit, model)) = best else {
         return Ok(());
     };
+    let fit = fitted(&model, fit.at)?;
     if fit.cost < found_before.min(enough) {
         let near = descended(background, &model, fit.at.clone())?;
         let again = fitted(&model, near)?;

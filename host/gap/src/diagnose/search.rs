@@ -2,7 +2,7 @@
 
 use super::accuse::{
     ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside, best_pair,
-    foremost, gain_below_open, leaves,
+    bristles_beside, foremost, gain_below_open, leaves,
 };
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
@@ -168,12 +168,14 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         .map(|(hypothesis, _)| hypothesis.added[0]);
     let foremost = foremost(&search.single, base);
     let beside = foremost.and_then(|one| best_beside(search, one));
+    let bristles = foremost.and_then(|one| bristles_beside(search, one));
     let second = search
         .several
         .first()
         .into_iter()
         .chain(best_pair(search, |pair| pair.is_credible(base)))
         .chain(beside)
+        .chain(bristles)
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))
         .filter(|pair| {
             foremost.is_some_and(|one| {
