@@ -180,8 +180,14 @@ pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {
 
 /// The best pair that a single effect is part of.
 pub(super) fn best_beside<'a>(search: &'a Search, single: &Hypothesis) -> Option<&'a Hypothesis> {
-    let has_it = |pair: &&Hypothesis| pair.ids().contains(&single.added[0].id);
-    search.several.iter().find(has_it)
+    beside(search, single).next()
+}
+
+/// The pairs that a single effect is part of, best first.
+fn beside<'a>(search: &'a Search, single: &Hypothesis) -> impl Iterator<Item = &'a Hypothesis> {
+    let id = single.added[0].id;
+    let pairs = search.several.iter();
+    pairs.filter(move |pair| pair.ids().contains(&id))
 }
 
 /// The best pair of a single effect and bristles where friction is static, by what lies below what is open, which such friction hides; the one of fewer
@@ -191,13 +197,12 @@ pub(super) fn bristles_beside<'a>(
     single: &Hypothesis,
 ) -> Option<&'a Hypothesis> {
     let brings = |pair: &&Hypothesis| {
-        let is_second = |entry: &&&Entry| entry.id != single.added[0].id;
-        let mut second = pair.added.iter().filter(is_second);
-        pair.ids().contains(&single.added[0].id)
-            && second.any(|entry| is_bristles(&search.base.model, entry))
+        let second = |entry: &Entry| entry.id != single.added[0].id;
+        let mut added = pair.added.iter();
+        added.any(|entry| second(entry) && is_bristles(&search.base.model, entry))
     };
     let nats = |pair: &Hypothesis| search.score_of_all(pair) - search.score_of_all(single);
-    let pairs = || search.several.iter().filter(brings);
+    let pairs = || beside(search, single).filter(brings);
     let most = pairs().map(nats).fold(0.0, f64::max);
     pairs()
         .filter(|pair| nats(pair) > PLAIN_BRISTLES * most)

@@ -17,6 +17,7 @@ use super::tried::Search;
 use crate::inverse::Owner;
 use crate::signal::rms_beside;
 use bristle_plant::effect::Kind;
+use std::cell::OnceCell;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
 const MOVE_MATTERS: f64 = 0.5;
@@ -49,6 +50,7 @@ pub(super) struct Chosen<'a> {
     squares: [f64; 2],
     /// Share of the gap that it explains.
     pub(super) explained: f64,
+    left_alone: OnceCell<Left>,
 }
 
 impl<'a> Chosen<'a> {
@@ -66,6 +68,7 @@ impl<'a> Chosen<'a> {
                 .map(|h| noise.rms_times_open(nodes, &h.held_out, &Regime::MOVING)),
             squares: [base, best].map(|h| search.weighted_squares(h)),
             explained: explained(times[0], times[1]),
+            left_alone: OnceCell::new(),
             search,
         }
     }
@@ -121,16 +124,20 @@ impl<'a> Chosen<'a> {
                         || evidence > nats_of_evidence && self.takes_what_is_of_no_list()))
     }
 
+    /// What the simulator alone leaves: asked for the accusation and the verdict, and found by a simulation and a fit.
+    pub(super) fn left_alone(&self) -> &Left {
+        let of_base = || Left::new(self.search, &self.search.base);
+        self.left_alone.get_or_init(of_base)
+    }
+
     /// Whether the simulator alone leaves what would be of no list, and it nothing: few moments, or one regime of one record, that a geometric mean
     /// hardly shows.
     fn takes_what_is_of_no_list(&self) -> bool {
         let (noise, nodes) = (&self.search.noise, &self.search.nodes);
-        let base = &self.search.base;
-        let of_no_list = noise.rms_times_open(nodes, &base.held_out, &[Regime::Sliding])
-            > UNKNOWN_SLIDING
-            || Left::new(self.search, base).is_of_no_list();
-        of_no_list
-            && !leaves(noise, nodes, &self.best.held_out, NOTHING)
+        let base = &self.search.base.held_out;
+        let slides = || noise.rms_times_open(nodes, base, &[Regime::Sliding]) > UNKNOWN_SLIDING;
+        !leaves(noise, nodes, &self.best.held_out, NOTHING)
+            && (slides() || self.left_alone().is_of_no_list())
             && !Left::new(self.search, self.best).fills_a_regime()
     }
 

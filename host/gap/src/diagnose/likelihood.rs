@@ -234,15 +234,15 @@ impl Noise {
         self.times_open_in(nodes, left_over, &Regime::MOVING)
     }
 
-    /// Nats by which a rest speaks in some regimes for more than is open, by all that is independent there.
-    pub fn nats_beyond_open(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
-        self.beyond_open(nodes, left_over, regimes).0
-    }
-
     /// The same in some regimes.
     pub fn times_open_in(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
         let (nats, independent) = self.beyond_open(nodes, left_over, regimes);
         (nats / f64::max(independent, 1.0)).exp()
+    }
+
+    /// Nats by which a rest speaks in some regimes for more than is open, by all that is independent there.
+    pub fn nats_beyond_open(&self, nodes: &[Node], left_over: &[f64], regimes: &[Regime]) -> f64 {
+        self.beyond_open(nodes, left_over, regimes).0
     }
 
     /// Logarithm of how many times what is open a rest is, summed over all that is independent in some regimes, and how much that is.

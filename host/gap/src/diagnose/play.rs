@@ -78,6 +78,7 @@ pub(super) fn try_about_coupling(
     let brought = background.fit.cost - coupled.cost;
     let found_before = place(PLAY).map_or(f64::INFINITY, |at| found[at].fit.cost);
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
+    // No play leaves so little.
     if enough <= 0.0 {
         return Ok(());
     }

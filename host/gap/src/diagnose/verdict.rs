@@ -73,7 +73,8 @@ pub fn verdict(search: &Search) -> Verdict {
     let chosen = Chosen::new(search);
     let accused = chosen.is_accused();
     // What is not accused explains nothing.
-    let left = Left::new(search, if accused { chosen.best } else { base });
+    let of_best = accused.then(|| Left::new(search, chosen.best));
+    let left = of_best.as_ref().unwrap_or_else(|| chosen.left_alone());
     let left_unknown = !chosen.is_shown()
         && (search.is_unlisted()
             || left.much && chosen.explained < LITTLE
@@ -81,7 +82,7 @@ pub fn verdict(search: &Search) -> Verdict {
                 && (left.is_of_no_list()
                     || left.is_anything()
                         && ceiling::depends_in_sliding(search, &base.held_out, DEPENDS))
-            || accused && chosen.stands_for_another(&left));
+            || accused && chosen.stands_for_another(left));
     let small = if left.much {
         Vec::new()
     } else {
@@ -108,7 +109,7 @@ pub fn verdict(search: &Search) -> Verdict {
         let tied = chosen.tied(&ranked);
         (one_of(tied.len()), tied)
     };
-    let probability = probability(search, kind, &chosen, &left, !small.is_empty());
+    let probability = probability(search, kind, &chosen, left, !small.is_empty());
     let shares = Shares::new(base, &ranked, kind, &named, probability);
     let (none, parameters) = if moved_matters {
         (0.0, shares.plain)

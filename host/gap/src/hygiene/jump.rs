@@ -36,6 +36,9 @@ pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Mea
     let Some(first) = group.start.checked_sub(1) else {
         return Measured::Nothing;
     };
+    if is_hit(q, group) {
+        return Measured::Hit;
+    }
     let near = first..(group.end + 1).min(q.len());
     let slope = slope_before(q, group.start);
     let step = |k: &usize| (q[*k] - q[k - 1] - slope).abs();
@@ -46,16 +49,12 @@ pub(super) fn measured(q: &[f64], group: &Range<usize>, allowed_rad: f64) -> Mea
     let rows: Vec<usize> = (sample.saturating_sub(AROUND)..(sample + AROUND).min(q.len()))
         .filter(|k| *k <= group.start || *k + 1 >= group.end || [sample - 1, sample].contains(k))
         .collect();
-    if is_hit(q, group) {
-        return Measured::Hit;
-    }
-    let Some((solved, _)) = fitted(q, &rows, sample, &[|_| 1.0]) else {
+    let Some((solved, _)) = fitted(q, &rows, sample, 1) else {
         return Measured::Nothing;
     };
-    let size_rad = solved[3];
     Measured::Step(Jump {
         sample,
-        size_rad,
+        size_rad: solved[3],
         allowed_rad,
     })
 }
@@ -66,11 +65,9 @@ fn is_hit(q: &[f64], group: &Range<usize>) -> bool {
     let rows: Vec<usize> = (group.start.saturating_sub(AROUND)..(group.end + AROUND).min(q.len()))
         .filter(|k| *k <= group.start || *k >= behind)
         .collect();
-    let step: fn(f64) -> f64 = |_| 1.0;
-    let (Some((_, of_step)), Some((both, of_hit))) = (
-        fitted(q, &rows, behind, &[step]),
-        fitted(q, &rows, behind, &[step, |t| t]),
-    ) else {
+    let (Some((_, of_step)), Some((both, of_hit))) =
+        (fitted(q, &rows, behind, 1), fitted(q, &rows, behind, 2))
+    else {
         return false;
     };
     // The sides meet where what is behind is beyond what is before by nothing.
@@ -78,24 +75,22 @@ fn is_hit(q: &[f64], group: &Range<usize>) -> bool {
     of_hit < HIT * of_step && (group.start as f64 - 1.0..=group.end as f64).contains(&meet)
 }
 
-/// A parabola of time through some rows, and what is added to it from a sample on; and what that leaves.
+/// A parabola of time through some rows, and from a sample on a polynomial of so many terms beside it; and what they leave.
 fn fitted(
     q: &[f64],
     rows: &[usize],
     sample: usize,
-    behind: &[fn(f64) -> f64],
+    terms_behind: usize,
 ) -> Option<(DVector<f64>, f64)> {
     let of = |k: usize, column: usize| {
         let t = (k as f64 - sample as f64) / AROUND as f64;
         match column {
-            0 => 1.0,
-            1 => t,
-            2 => t * t,
+            0..3 => t.powi(column as i32),
             _ if k < sample => 0.0,
-            _ => behind[column - 3](t),
+            _ => t.powi(column as i32 - 3),
         }
     };
-    let design = DMatrix::from_fn(rows.len(), 3 + behind.len(), |row, column| {
+    let design = DMatrix::from_fn(rows.len(), 3 + terms_behind, |row, column| {
         of(rows[row], column)
     });
     let values = DVector::from_fn(rows.len(), |row, _| q[rows[row]] - q[sample]);
