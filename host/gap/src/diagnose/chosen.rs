@@ -16,7 +16,7 @@ use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::Owner;
 use crate::signal::rms_beside;
-use bristle_plant::effect::Kind;
+use bristle_plant::effect::{Entry, Kind};
 use std::cell::OnceCell;
 
 /// Times of what is open that a change of the simulator's own parameters must take away, as `MATTERS` is of an effect.
@@ -100,7 +100,10 @@ impl<'a> Chosen<'a> {
             || of_moments && evidence > TIES.0;
         let takes = 1.0 - self.squares[1] / self.squares[0];
         let follows = follows_acceleration(search, best);
-        let steps = best.added.iter().any(|entry| makes_steps(entry));
+        // What positions show by itself needs no share of what is left once that is mended.
+        let shown = |entry: &Entry| search.shown == Some(entry.id);
+        let mut added = best.added.iter();
+        let steps = added.any(|entry| makes_steps(entry) && !shown(entry));
         let takes_enough = |least: f64| takes > if steps { STEPS_TAKE } else { least };
         let (nats_of_evidence, least) = BY_EVIDENCE;
         let springs = best.added.iter().all(|entry| springs(entry));
