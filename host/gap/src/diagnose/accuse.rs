@@ -416,7 +416,7 @@ pub(super) fn follows_acceleration(search: &Search, hypothesis: &Hypothesis) -> 
 }
 
 /// A load behind a spring, and friction that grows with load.
-fn grows_with_load(entry: &Entry) -> bool {
+pub(super) fn grows_with_load(entry: &Entry) -> bool {
     springs(entry) || entry.id == GROWS_WITH_LOAD
 }
 

@@ -1,7 +1,8 @@
 //! Effects beside the best one: forward from it, then backward, whether another than it does better beside the second.
 
 use super::accuse::{
-    ACCUSES, BELOW_OPEN_BESIDE, NOTHING, foremost, leaves, leaves_moments, leaves_room,
+    ACCUSES, BELOW_OPEN_BESIDE, NOTHING, UNKNOWN_SLIDING, foremost, grows_with_load, leaves,
+    leaves_moments, leaves_room,
 };
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
@@ -98,19 +99,27 @@ impl Pairs<'_> {
         Ok(several)
     }
 
-    /// Whether all effects are asked for beside `first`: it leaves room. What it leaves in few moments alone counts where it is more than
-    /// its own records leave, and where an effect is there: what no effect takes, and is nothing otherwise, no two of them take.
+    /// Whether all effects are asked for beside `first`: it leaves room. What it leaves in few moments alone, or evenly, counts where it is more than
+    /// its own records leave; in few moments, where an effect is there: what no effect takes, and is nothing otherwise, no two of them take.
     fn has_room(&self, first: &Hypothesis) -> bool {
         let Judge { noise, nodes, .. } = self.judge;
-        if leaves_room(noise, nodes, &first.held_out) {
+        let rest = &first.held_out;
+        let (room, moments) = (
+            leaves_room(noise, nodes, rest),
+            leaves_moments(noise, nodes, rest),
+        );
+        if room && (moments || leaves(noise, nodes, rest, [f64::INFINITY, UNKNOWN_SLIDING])) {
             return true;
         }
-        let is_there = first.score - self.base.score > ACCUSES
-            || leaves(noise, nodes, &self.base.held_out, NOTHING);
-        is_there && leaves_moments(noise, nodes, &first.held_out) && {
+        let is_there = || {
+            first.score - self.base.score > ACCUSES
+                || leaves(noise, nodes, &self.base.held_out, NOTHING)
+        };
+        (room || moments && is_there()) && {
             let records = self.judge.records;
             let own = left_once_fitted(&first.model, &first.fit.at, records, self.scale, noise);
-            leaves_moments(&Noise::clone(noise).at_least(&own), nodes, &first.held_out)
+            let noise = Noise::clone(noise).at_least(&own);
+            leaves_room(&noise, nodes, rest) && room || leaves_moments(&noise, nodes, rest)
         }
     }
 
@@ -199,13 +208,17 @@ impl Pairs<'_> {
         )
     }
 
-    /// What gains `enough` alone, from where it came out; not what is `taken`.
+    /// What gains `enough` alone, from where it came out; not what is `taken`, nor what grows with load where all lies below what is open: no
+    /// second effect is believed that does.
     fn rivals(&self, background: &Background<'_>, enough: f64, taken: &[&str]) -> Vec<Screened> {
+        let Judge { noise, nodes, .. } = self.judge;
+        let anything = leaves(noise, nodes, &self.base.held_out, NOTHING);
         let mut rivals: Vec<Screened> = self
             .single
             .iter()
             .filter(|h| self.gains(h, enough) && !of_noise(h))
             .map(|h| h.added[0])
+            .filter(|entry| anything || !grows_with_load(entry))
             .filter(|entry| !taken.contains(&entry.id))
             .filter_map(|entry| Some((entry, vec![self.came_out(background, entry)?])))
             .collect();

@@ -20,7 +20,7 @@ use crate::inverse::Model;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry};
 
-/// Of so many it is asked what they gain where they are not.
+/// Below what is open it is asked of so many what they gain where they are not.
 const NULLS: usize = 3;
 
 /// It comes once a turn, which a linear axis does not know: any wave over its stroke is a cogging.
@@ -155,25 +155,28 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
     let base = &search.base;
     let gains =
         |h: &&Hypothesis| h.score - base.score > ACCUSES && !of_noise(h) && h.is_credible(base);
-    let mut accusable: Vec<&'static Entry> = search
-        .single
-        .iter()
-        .take(NULLS)
-        .filter(gains)
-        .map(|h| h.added[0])
-        .collect();
+    let foremost = foremost(&search.single, base);
+    let pair = best_pair(search, |pair| pair.is_credible(base));
+    // One of the best pair may be named alone.
+    let of_pair = pair.into_iter().flat_map(Hypothesis::ids);
+    let of_pair = of_pair.filter_map(|id| search.alone(id));
+    let mut accusable: Vec<&'static Entry> = Vec::new();
+    for one in foremost.into_iter().chain(of_pair).filter(gains) {
+        if accusable.iter().all(|known| known.id != one.added[0].id) {
+            accusable.push(one.added[0]);
+        }
+    }
     let below = gain_below_open(search)
         .into_iter()
         .take(NULLS)
         .map(|(hypothesis, _)| hypothesis.added[0]);
-    let foremost = foremost(&search.single, base);
     let beside = foremost.and_then(|one| best_beside(search, one));
     let bristles = foremost.and_then(|one| bristles_beside(search, one));
     let second = search
         .several
         .first()
         .into_iter()
-        .chain(best_pair(search, |pair| pair.is_credible(base)))
+        .chain(pair)
         .chain(beside)
         .chain(bristles)
         .filter(|pair| pair.is_credible(base) && !of_noise(pair))

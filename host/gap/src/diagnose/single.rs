@@ -4,9 +4,11 @@ use super::accuse::{NOTHING, leaves, leaves_moments};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
-use super::screen::{Tried, fit_best, screen};
+use super::screen::{Tried, WORTH_A_FIT, fit_best, screen};
 use crate::error::InputError;
-use crate::inverse::{Fit, Free, Model, Own, Owner, Record, fit, fit_at, fit_near, fit_on};
+use crate::inverse::{
+    Fit, Free, Model, Own, Owner, PROMISES, Record, fit, fit_at, fit_near, fit_near_until, fit_on,
+};
 use bristle_plant::effect::{Entry, Scale};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -249,7 +251,8 @@ fn by_cost(tried: &mut [Tried]) {
     tried.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
 }
 
-/// The fit with an effect that does no worse than the one without: where `kept` does, it is fitted from there.
+/// The fit with an effect that does no worse than the one without: where `kept` does, it is fitted from there, to the end where that promises
+/// anything.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -263,7 +266,22 @@ pub(super) fn no_worse(
     if kept.cost <= without.cost {
         return Ok(kept);
     }
-    better_from(with, kept, without.at.clone(), records, weights)
+    let start = beside(&kept, without.at.clone());
+    let known = &without.jacobian;
+    let rough = fit_near_until(PROMISES, with, records, weights, start, known)?;
+    let other = if rough.cost < without.cost - WORTH_A_FIT {
+        fit(with, records, weights, rough.at)?
+    } else {
+        fit_at(with, records, weights, rough.at)?
+    };
+    Ok(if other.cost < kept.cost { other } else { kept })
+}
+
+/// Parameters of the simulator's own with those of the effect of a fit.
+fn beside(fit: &Fit, own: Vec<f64>) -> Vec<f64> {
+    let mut at = own;
+    at.extend(&fit.at[at.len()..]);
+    at
 }
 
 /// The fit with an effect as it is in `kept` from these parameters of the simulator's own, if that does better.
@@ -277,9 +295,7 @@ fn better_from(
     records: &[Record],
     weights: &[f64],
 ) -> Result<Fit, InputError> {
-    let mut start = own;
-    start.extend(&kept.at[start.len()..]);
-    let other = fit(with, records, weights, start)?;
+    let other = fit(with, records, weights, beside(&kept, own))?;
     Ok(if other.cost < kept.cost { other } else { kept })
 }
 
