@@ -119,7 +119,11 @@ impl Pairs<'_> {
             let records = self.judge.records;
             let own = left_once_fitted(&first.model, &first.fit.at, records, self.scale, noise);
             let noise = Noise::clone(noise).at_least(&own);
-            leaves_room(&noise, nodes, rest) && room || leaves_moments(&noise, nodes, rest)
+            if room {
+                leaves_room(&noise, nodes, rest)
+            } else {
+                leaves_moments(&noise, nodes, rest)
+            }
         }
     }
 
