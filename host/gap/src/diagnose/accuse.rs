@@ -247,20 +247,16 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
     let (where_none, least_moments) = SECOND_WHERE_NO_MOMENTS_ARE_LEFT;
     let of_moments = of_single > MOMENTS[0]
         && (of_pair < MOMENTS[1] || explained(of_single, of_pair) > OF_MOMENTS);
-    let nothing_left =
-        of_moments || leaves(single, [UNKNOWN, UNKNOWN_SLIDING]) && !leaves(pair, NOTHING);
+    let leaves_nothing = !leaves(pair, NOTHING);
+    let nothing_left = of_moments || leaves(single, [UNKNOWN, UNKNOWN_SLIDING]) && leaves_nothing;
     let anything_left = leaves(single, NOTHING) || of_single > least_moments;
     let times = |h: &Hypothesis| search.noise.times_open(&search.nodes, &h.held_out);
     let (of_rest, least_share) = SECOND_OF_WHAT_IS_LEFT;
-    let of_what_is_left = if anything_left {
-        explained(times(single), times(pair))
-    } else {
-        0.0
-    };
+    let takes_rest = anything_left && explained(times(single), times(pair)) > least_share;
     let asked = |(least_nats, least, most): (f64, f64, f64)| {
         nats > least_nats && takes > least && overlap < most
     };
-    let no_moments = of_single > least_moments && of_pair < MOMENTS[1] && !leaves(pair, NOTHING);
+    let no_moments = of_single > least_moments && of_pair < MOMENTS[1] && leaves_nothing;
     let (least_nats, least) = SECOND_WHERE_MUCH_IS_LEFT;
     let apart = overlap < SECOND[0].2;
     SECOND.into_iter().any(asked)
@@ -268,9 +264,8 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
             && (apart && slides_off && takes > least
                 || of_moments && parts.is_none()
                 || nothing_left && (apart || parts.is_none() && takes > least))
-        || (nothing_left || anything_left && !leaves(pair, NOTHING))
-            && asked(SECOND_WHERE_NOTHING_IS_LEFT)
-        || of_what_is_left > least_share && asked(of_rest)
+        || (of_moments || anything_left && leaves_nothing) && asked(SECOND_WHERE_NOTHING_IS_LEFT)
+        || takes_rest && asked(of_rest)
         || no_moments && asked(where_none)
         || second().next().is_some_and(|entry| {
             let takes = parts.map(|_| takes);

@@ -100,7 +100,7 @@ impl<'a> Chosen<'a> {
             || of_moments && evidence > TIES.0;
         let takes = 1.0 - self.squares[1] / self.squares[0];
         let follows = follows_acceleration(search, best);
-        // What positions show by itself needs no share of what is left once that is mended.
+        // What positions show by themselves needs no share of what is left once that is mended.
         let shown = |entry: &Entry| search.shown == Some(entry.id);
         let mut added = best.added.iter();
         let steps = added.any(|entry| makes_steps(entry) && !shown(entry));

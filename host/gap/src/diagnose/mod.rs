@@ -129,11 +129,12 @@ pub fn diagnose(
     if let Some(lost) = &sound.lost {
         catalogue.retain(|entry| entry.id != lost.added.entry.id);
     }
-    let mut search = search(refitted, &catalogue, progress)?;
+    let (mut search, mut concluded) = search(refitted, &catalogue, progress)?;
     if let Some(lost) = &sound.lost {
         lost.accuse(&mut search, &options.catalogue)?;
+        concluded = verdict::verdict(&search);
     }
-    let (mut diagnosis, verdict) = result::conclude(&search, believed)?;
+    let mut diagnosis = result::conclude(&search, &concluded, believed);
     if !sound.moves {
         diagnosis.undecided();
     }
@@ -142,6 +143,6 @@ pub fn diagnose(
     Ok(Outcome {
         diagnosis,
         search,
-        verdict,
+        verdict: concluded,
     })
 }

@@ -7,9 +7,8 @@ use super::locate::{self, Region};
 use super::moved::Moved;
 use super::reproduce::Reproduced;
 use super::tried::Search;
-use super::verdict::{Kind, Verdict, verdict};
+use super::verdict::{Kind, Verdict};
 use crate::believed::Believed;
-use crate::error::InputError;
 use crate::inverse::Owner;
 use bristle_plant::Unit;
 use serde::Serialize;
@@ -150,12 +149,8 @@ impl Diagnosis {
     }
 }
 
-/// Concludes from a search.
-///
-/// # Errors
-/// The friction model refuses a parameter.
-pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verdict), InputError> {
-    let verdict = verdict(search);
+/// A search and what is concluded from it, as other programs read them.
+pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diagnosis {
     let unit = believed.unit;
     let named: Vec<String> = verdict
         .named
@@ -163,7 +158,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         .flat_map(|&i| verdict.ranked[i].0.ids())
         .map(str::to_string)
         .collect();
-    let candidates = candidates(search, &verdict, unit);
+    let candidates = candidates(search, verdict, unit);
     let [before, after, floor] = verdict.rms_nm;
     let closed_fraction = verdict.named.first().map_or_else(Closed::default, |&i| {
         closed(search, &verdict.ranked[i].0.held_out)
@@ -173,7 +168,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         "positions show noise or lost counts of a sensor effect that was left out of the candidates"
             .to_string()
     });
-    let diagnosis = Diagnosis {
+    Diagnosis {
         schema: SCHEMA,
         located: Where {
             block: named.first().map(|id| block(id)),
@@ -196,7 +191,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
             closed_fraction,
             ceiling: (verdict.kind == Kind::Unknown).then(|| ceiling(search)),
         },
-        confusable: super::confusable::groups(search, &verdict),
+        confusable: super::confusable::groups(search, verdict),
         next_experiment: None,
         others: Others {
             none: verdict.none,
@@ -207,8 +202,7 @@ pub fn conclude(search: &Search, believed: &Believed) -> Result<(Diagnosis, Verd
         reproduced: Vec::new(),
         notes: notes.into_iter().collect(),
         candidates,
-    };
-    Ok((diagnosis, verdict))
+    }
 }
 
 /// Every effect that was fitted, once: by itself if it was, and with the probability of all hypotheses that hold it, those

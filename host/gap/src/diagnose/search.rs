@@ -14,7 +14,7 @@ use super::round::{Compared, Round, noise_of_best};
 use super::screen::gain;
 use super::single::Ground;
 use super::tried::Search;
-use super::verdict::{Kind, verdict};
+use super::verdict::{Kind, Verdict, verdict};
 use crate::error::InputError;
 use crate::inverse::Model;
 use bristle_plant::Unit;
@@ -31,7 +31,7 @@ pub fn catalogue() -> Vec<&'static Entry> {
     ALL.iter().collect()
 }
 
-/// Searches beside the refitted simulator. `catalogue` is what may be accused; `progress` is called with the share done.
+/// Searches beside the refitted simulator, and what is concluded. `catalogue` is what may be accused; `progress` is called with the share done.
 ///
 /// # Errors
 /// The friction model refuses the parameters of the axis file.
@@ -39,7 +39,7 @@ pub fn search(
     refitted: Refitted,
     catalogue: &[&'static Entry],
     progress: &dyn Fn(f64),
-) -> Result<Search, InputError> {
+) -> Result<(Search, Verdict), InputError> {
     let Refitted {
         records,
         scale,
@@ -123,21 +123,22 @@ pub fn search(
     };
     let mut search = judged(&first, 0.75, 0.85)?;
     progress(0.9);
-    if verdict(&search).kind == Kind::Unknown
+    let mut concluded = verdict(&search);
+    if concluded.kind == Kind::Unknown
         && let Some(second) = look_again(&ground, first, &own_as_given)?
     {
         let second = judged(&second, 0.9, 0.95)?;
-        if explains(&second) {
-            search = second;
+        let verdict = verdict(&second);
+        if explains(&second, &verdict) {
+            (search, concluded) = (second, verdict);
         }
     }
     progress(1.0);
-    Ok(search)
+    Ok((search, concluded))
 }
 
 /// Whether a second look ends at an effect, or at two that leave nothing: a pair that leaves something stands for what it is not.
-fn explains(search: &Search) -> bool {
-    let verdict = verdict(search);
+fn explains(search: &Search, verdict: &Verdict) -> bool {
     let all = |&at: &usize| {
         let rest = &verdict.ranked[at].0.held_out;
         let times = [UNKNOWN, UNKNOWN_SLIDING];
@@ -160,12 +161,8 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
     // One of the best pair may be named alone.
     let of_pair = pair.into_iter().flat_map(Hypothesis::ids);
     let of_pair = of_pair.filter_map(|id| search.alone(id));
-    let mut accusable: Vec<&'static Entry> = Vec::new();
-    for one in foremost.into_iter().chain(of_pair).filter(gains) {
-        if accusable.iter().all(|known| known.id != one.added[0].id) {
-            accusable.push(one.added[0]);
-        }
-    }
+    let alone = foremost.into_iter().chain(of_pair).filter(gains);
+    let alone = alone.map(|one| one.added[0]);
     let below = gain_below_open(search)
         .into_iter()
         .take(NULLS)
@@ -188,7 +185,8 @@ fn accusable(search: &Search) -> Vec<&'static Entry> {
         })
         .flat_map(|pair| pair.added.iter().copied())
         .filter(|entry| is_predicted(entry));
-    for entry in below.chain(second) {
+    let mut accusable: Vec<&'static Entry> = Vec::new();
+    for entry in alone.chain(below).chain(second) {
         if accusable.iter().all(|known| known.id != entry.id) {
             accusable.push(entry);
         }

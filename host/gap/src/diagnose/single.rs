@@ -130,7 +130,9 @@ impl Ground<'_> {
         if !strayed(with, &kept.at) || !something {
             return Ok(kept);
         }
-        better_from(with, kept, self.model.start(), self.records, weights)
+        let start = beside(&kept, self.model.start());
+        let other = fit(with, self.records, weights, start)?;
+        Ok(if other.cost < kept.cost { other } else { kept })
     }
 
     /// The Jacobian of a fit by `old` weights as it is with `new` ones. Where the fit has none it is made.
@@ -269,12 +271,13 @@ pub(super) fn no_worse(
     let start = beside(&kept, without.at.clone());
     let known = &without.jacobian;
     let rough = fit_near_until(PROMISES, with, records, weights, start, known)?;
-    let other = if rough.cost < without.cost - WORTH_A_FIT {
-        fit(with, records, weights, rough.at)?
+    if rough.cost < without.cost - WORTH_A_FIT {
+        fit(with, records, weights, rough.at)
+    } else if rough.cost < kept.cost {
+        fit_at(with, records, weights, rough.at)
     } else {
-        fit_at(with, records, weights, rough.at)?
-    };
-    Ok(if other.cost < kept.cost { other } else { kept })
+        Ok(kept)
+    }
 }
 
 /// Parameters of the simulator's own with those of the effect of a fit.
@@ -282,21 +285,6 @@ fn beside(fit: &Fit, own: Vec<f64>) -> Vec<f64> {
     let mut at = own;
     at.extend(&fit.at[at.len()..]);
     at
-}
-
-/// The fit with an effect as it is in `kept` from these parameters of the simulator's own, if that does better.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-fn better_from(
-    with: &Model,
-    kept: Fit,
-    own: Vec<f64>,
-    records: &[Record],
-    weights: &[f64],
-) -> Result<Fit, InputError> {
-    let other = fit(with, records, weights, beside(&kept, own))?;
-    Ok(if other.cost < kept.cost { other } else { kept })
 }
 
 /// Whether a parameter of the simulator lies where it was hardly believed to be. Then it may stand for an effect, which
