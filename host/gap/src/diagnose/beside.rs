@@ -14,11 +14,14 @@ use super::single::no_worse;
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
 use bristle_plant::effect::{Entry, Scale};
+use rayon::prelude::*;
 
 /// Effects that are tried beside another.
 pub(super) const BESIDE: usize = 4;
 /// Most effects at once.
 pub const MOST_EFFECTS: usize = 2;
+/// So many of those next to the best pair are fitted from where that has taken the simulator's own parameters.
+const REFITTED: usize = 3;
 /// Part of the best one's gain that another must have alone to be tried in its place: with less it hardly stands for the same.
 const RIVALS: f64 = 0.2;
 
@@ -55,7 +58,8 @@ impl Pairs<'_> {
             return Ok(Vec::new());
         };
         let background = self.background(self.ground(first));
-        let screened = if self.has_room(first) {
+        let room = self.has_room(first);
+        let screened = if room {
             self.screened(&background, first, entries, progress)
         } else {
             let mut rivals = self.rivals(&background, ACCUSES, &first.ids());
@@ -92,8 +96,20 @@ impl Pairs<'_> {
                 seconds.push(next);
             }
         }
+        let Judge { noise, nodes, .. } = self.judge;
+        let left = several
+            .iter()
+            .all(|both| leaves(noise, nodes, &both.held_out, NOTHING));
         for second in seconds {
-            several.extend(self.in_place_of(first, second)?);
+            let background = self.background(second);
+            // What the second one needs beside it may do nothing beside the first.
+            let screened = if room && left {
+                self.screened(&background, second, entries, &|_| ())
+            } else {
+                let enough = RIVALS * (first.score - self.base.score);
+                self.rivals(&background, enough, &second.ids())
+            };
+            several.extend(self.beside(second, &background, &screened)?);
         }
         sort(&mut several);
         Ok(several)
@@ -127,6 +143,37 @@ impl Pairs<'_> {
         }
     }
 
+    /// Fits those next to the best one from where that has taken the simulator's own parameters: what they are near may be far from
+    /// where the first effect alone has them.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn refit_from_best(&self, sorted: &mut [Hypothesis]) -> Result<(), InputError> {
+        let (records, weights) = (self.judge.records, self.judge.weights);
+        let predicted = |one: &Hypothesis| one.added.iter().all(|entry| is_predicted(entry));
+        let [best, others @ ..] = sorted else {
+            return Ok(());
+        };
+        let own = &best.fit.at[..self.base.model.free.len()];
+        let most = others.len().min(REFITTED);
+        others[..most]
+            .par_iter_mut()
+            .filter(|one| predicted(one))
+            .try_for_each(|one| {
+                let from = own.iter().chain(&one.fit.at[own.len()..]);
+                let fit = fit(&one.model, records, weights, from.copied().collect())?;
+                let other = self
+                    .judge
+                    .hypothesis(one.added.clone(), one.model.clone(), fit);
+                if other.log_evidence() > one.log_evidence() {
+                    *one = other;
+                }
+                Ok(())
+            })?;
+        sort(sorted);
+        Ok(())
+    }
+
     /// Backward: each effect of a pair without the other, from where it came out beside it, where that does better than its own fit, which may
     /// have taken for noise what it explains.
     ///
@@ -142,6 +189,7 @@ impl Pairs<'_> {
             };
             let mut model = background.with(entry, &Start::at(values));
             model.scales_effort |= pair.model.scales_effort;
+            model.corrects |= pair.model.corrects;
             let own = self.base.model.free.len();
             let mut from = pair.fit.at[..own].to_vec();
             from.extend_from_slice(&model.start()[own..]);
@@ -195,21 +243,6 @@ impl Pairs<'_> {
             .filter(|entry| is_bristles(&self.base.model, entry) && !known(entry))
             .collect();
         screen(background, &asked, &|_| ())
-    }
-
-    /// What does well alone beside `second`, in the place of `first`; the first one, too, for which another fit came out.
-    fn in_place_of(
-        &self,
-        first: &Hypothesis,
-        second: &Hypothesis,
-    ) -> Result<Vec<Hypothesis>, InputError> {
-        let enough = RIVALS * (first.score - self.base.score);
-        let background = self.background(second);
-        self.beside(
-            second,
-            &background,
-            &self.rivals(&background, enough, &second.ids()),
-        )
     }
 
     /// What gains `enough` alone, from where it came out; not what is `taken`, nor what grows with load where all lies below what is open: no

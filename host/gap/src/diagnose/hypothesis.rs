@@ -72,11 +72,7 @@ impl Hypothesis {
 
     /// Whether a parameter of an effect came out at the end of what is physical.
     pub(super) fn ends_at_limit(&self) -> bool {
-        let mut fitted = self.model.free.iter().zip(&self.fit.at);
-        fitted.any(|(free, &x)| {
-            let value = free.value(x);
-            matches!(free.owner, Owner::Effect(..)) && free.range.contains(&value)
-        })
+        self.model.ends_at_limit(&self.fit.at)
     }
 
     /// Whether it takes the noise off an effort of zero instead of a torque: a dead zone as narrow as that noise, beyond which all of the effort

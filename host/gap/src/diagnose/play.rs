@@ -130,6 +130,8 @@ pub(super) fn try_about_coupling(
         } else {
             fit
         };
+        let (model, fit) =
+            background.perhaps_corrected(STANDS_STILL, background.records, model, fit)?;
         let entry = *play;
         found.retain(|one| one.entry.id != PLAY);
         found.push(Tried { entry, model, fit });

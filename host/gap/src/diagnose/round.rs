@@ -96,7 +96,7 @@ impl Round {
         sort(&mut single);
         let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
         let mut several = Vec::new();
-        // An effect that comes out better once it was fitted beside another asks for pairs anew.
+        // An effect that comes out better once it was fitted beside another asks for more pairs.
         for _ in 0..MOST_SEARCHES {
             let pairs = Pairs {
                 judge: &judge,
@@ -104,9 +104,10 @@ impl Round {
                 base: &base,
                 single: &single,
             };
-            several = pairs.search(&fitted, progress)?;
-            fit_bristles(ground, &self.own, &noise, &mut several)?;
-            several.retain(|both| !both.takes_noise_off(records));
+            let mut found = pairs.search(&fitted, progress)?;
+            fit_bristles(ground, &self.own, &noise, &mut found)?;
+            found.retain(|both| !both.takes_noise_off(records));
+            several.append(&mut found);
             self.settle(ground, &noise, &mut several)?;
             let (Some(both), Some(first)) = (several.first(), single.first()) else {
                 break;
@@ -114,7 +115,8 @@ impl Round {
             if both.score - first.score <= ACCUSES {
                 break;
             }
-            let mut better = pairs.each_alone(both)?;
+            pairs.refit_from_best(&mut several)?;
+            let mut better = pairs.each_alone(&several[0])?;
             self.settle(ground, &noise, &mut better)?;
             better.retain(|one| !one.takes_noise_off(records));
             let before = first.log_evidence();

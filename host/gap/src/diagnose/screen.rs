@@ -83,11 +83,12 @@ pub(super) fn fit_best(
     let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()
         .flat_map(|(entry, starts)| {
-            let mut apart: Vec<&Start> = starts.first().into_iter().collect();
-            for start in starts
-                .iter()
-                .filter(|start| start.gain > CLOSE * gain(starts))
-            {
+            let close = || starts.iter().filter(|s| s.gain > CLOSE * gain(starts));
+            let first = starts.first();
+            let other_form =
+                close().find(|s| first.is_some_and(|one| one.is_of_another_form(s, entry)));
+            let mut apart: Vec<&Start> = first.into_iter().chain(other_form).collect();
+            for start in close() {
                 if apart.len() < STARTS && apart.iter().all(|one| one.leads_elsewhere(start, entry))
                 {
                     apart.push(start);

@@ -1,6 +1,7 @@
 //! What of the simulator itself may move, and how far it is believed.
 
-use super::model::{Added, Free, Model, Own, Owner};
+use super::free::{Free, Own, Owner};
+use super::model::{Added, Model};
 use super::record::Record;
 use crate::axis_file::FrictionModel;
 use crate::believed::Believed;
@@ -55,6 +56,7 @@ impl Model {
             effects,
             free,
             scales_effort: false,
+            corrects: false,
             arrives: None,
         })
     }

@@ -3,6 +3,7 @@
 //! Friction states, effects and a second inertia are driven by what the encoder saw, so that an error of one moment is
 //! not carried into the next, and an evaluation costs one pass over the record.
 
+use super::load::{Load, is_corrected};
 use super::record::{Record, Stretch};
 use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
@@ -32,6 +33,8 @@ pub struct Running {
     pub skew_samples: f64,
     /// The effort is taken as so many times what was recorded.
     pub times: f64,
+    /// Whether what the balance lacks corrects a load where it [may](is_corrected).
+    pub corrects: bool,
 }
 
 /// Effort on its way to the axis: through the recorder's skew, and through the drive where it is a reference.
@@ -107,8 +110,6 @@ pub fn arriving(
 /// Makes effects of a sensor: each round of undoing them starts from their beginning.
 pub type MakeSensors = Box<dyn Fn() -> Vec<Box<dyn Effect>>>;
 
-/// Steps of a load within a sample: a step is exact but for friction, which a load that follows faster than this hardly changes.
-const MOST_STEPS: f64 = 10.0;
 /// Rounds of undoing a sensor's error; each leaves the error's slope times what the one before left.
 const SENSOR_ROUNDS: usize = 3;
 
@@ -193,6 +194,7 @@ pub fn left_over(
         coupling = effect.coupling(inertia).or(coupling);
     }
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
+    let corrects = running.corrects && coupling.is_some_and(|coupling| is_corrected(&coupling));
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let bristles_nm_rad = running.stiffness_nm_rad.unwrap_or(0.0);
@@ -277,11 +279,13 @@ pub fn left_over(
         let balance = torque - opposed;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];
-            nodes.push(
-                0.5 * (balance_before + balance)
-                    - arriving.lacks_nm
-                    - 0.5 * (share_before + share) * per * bend,
-            );
+            let lacks_nm = 0.5 * (balance_before + balance)
+                - arriving.lacks_nm
+                - 0.5 * (share_before + share) * per * bend;
+            if let Some(load) = load.as_mut().filter(|_| corrects) {
+                load.correct(lacks_nm);
+            }
+            nodes.push(lacks_nm);
         }
     }
     record.kernel.apply(&mut nodes, out);
@@ -361,154 +365,5 @@ impl Later {
         let value = |k: isize| values[k.clamp(0, last) as usize];
         let k = k as isize - self.whole;
         (1.0 - self.part) * value(k) + self.part * value(k - 1)
-    }
-}
-
-/// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
-/// e'' = a + F/J_l - (k e + d e')/J_l, without k and d inside the play. A step is exact for constant a and F, so that a
-/// stiff coupling is none.
-struct Load {
-    coupling: Coupling,
-    inertia_kg_m2: f64,
-    twist_rad: f64,
-    twisting_rad_s: f64,
-    steps: u32,
-    /// Friction of the step before, N m.
-    opposed_nm: f64,
-    half: Stride,
-    whole: Stride,
-}
-
-/// A stretch of time that a load moves on by.
-struct Stride {
-    dt_s: f64,
-    /// Twist and its rate after it, each of what both were before.
-    kept: [[f64; 2]; 2],
-}
-
-impl Load {
-    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too.
-    fn new(
-        coupling: Coupling,
-        inertia: f64,
-        bristles_nm_rad: f64,
-        held_nm: f64,
-        step_s: f64,
-    ) -> Self {
-        let inertia_kg_m2 = inertia * coupling.load_share;
-        let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
-        let held_2 = natural_2 + bristles_nm_rad / inertia_kg_m2;
-        let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
-        // Half a radian a step lets friction follow, and tells when flanks meet. Without either a step of any length is exact.
-        let steps = if coupling.friction_on_motor && coupling.gap_rad == 0.0 {
-            1.0
-        } else {
-            let steps = held_2.sqrt() * step_s / 0.5;
-            steps.ceil().clamp(1.0, MOST_STEPS)
-        };
-        let dt_s = step_s / steps;
-        let stride = |dt_s| {
-            let (even, odd) = damped(natural_2, loss, dt_s);
-            let kept = [
-                [even + loss * odd, odd],
-                [-natural_2 * odd, even - loss * odd],
-            ];
-            Stride { dt_s, kept }
-        };
-        Self {
-            coupling,
-            inertia_kg_m2,
-            twist_rad: held_nm / coupling.stiffness_nm_rad
-                + 0.5 * coupling.gap_rad.copysign(held_nm),
-            twisting_rad_s: 0.0,
-            steps: steps as u32,
-            opposed_nm: held_nm,
-            half: stride(0.5 * dt_s),
-            whole: stride(dt_s),
-        }
-    }
-
-    /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
-    /// load as the motor accelerates: the balance counts that as measured.
-    fn advance(
-        &mut self,
-        now: &Instant,
-        motor_rad_s2: f64,
-        mut friction: impl FnMut(&Instant, f64) -> f64,
-    ) -> f64 {
-        let mut now = *now;
-        let dt_s = self.whole.dt_s;
-        now.step_s = dt_s;
-        let (motor_rad, motor_rad_s) = (now.motion.position_rad, now.motion.velocity_rad_s);
-        let mut sum = 0.0;
-        for step in 0..self.steps {
-            let flank = self.flank();
-            let before = [self.twist_rad, self.twisting_rad_s];
-            let middle = self.moved(before, flank, motor_rad_s2, &self.half);
-            let off_s = (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps)) * dt_s;
-            let velocity_rad_s = motor_rad_s + motor_rad_s2 * off_s;
-            now.motion.load_position_rad = motor_rad + motor_rad_s * off_s - middle[0];
-            now.motion.load_velocity_rad_s = velocity_rad_s - middle[1];
-            let torque = flank.map_or(0.0, |flank| {
-                self.coupling.stiffness_nm_rad * (middle[0] - flank)
-                    + self.coupling.damping_nm_s_rad * middle[1]
-            });
-            let opposed = friction(&now, torque);
-            self.opposed_nm = opposed;
-            [self.twist_rad, self.twisting_rad_s] =
-                self.moved(before, flank, motor_rad_s2, &self.whole);
-            let load_rad_s = velocity_rad_s - self.twisting_rad_s;
-            if now.motion.load_velocity_rad_s * load_rad_s < 0.0 && torque.abs() <= opposed.abs() {
-                self.twisting_rad_s = velocity_rad_s;
-            }
-            sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before[1]) / dt_s;
-        }
-        sum / f64::from(self.steps)
-    }
-
-    /// Twist at which the coupling bears nothing; none inside the play.
-    fn flank(&self) -> Option<f64> {
-        let half = 0.5 * self.coupling.gap_rad;
-        let touches = self.twist_rad.abs() > half || half == 0.0;
-        touches.then(|| half.copysign(self.twist_rad))
-    }
-
-    /// Twist and its rate after a stride with friction as it is known, from what both were.
-    fn moved(
-        &self,
-        [twist, rate]: [f64; 2],
-        flank: Option<f64>,
-        motor_rad_s2: f64,
-        stride: &Stride,
-    ) -> [f64; 2] {
-        let drives = motor_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
-        if let Some(flank) = flank {
-            let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
-            let [of_twist, of_rate] = stride.kept;
-            let twist = twist - rests;
-            [
-                rests + of_twist[0] * twist + of_twist[1] * rate,
-                of_rate[0] * twist + of_rate[1] * rate,
-            ]
-        } else {
-            let after = rate + drives * stride.dt_s;
-            [twist + 0.5 * (rate + after) * stride.dt_s, after]
-        }
-    }
-}
-
-/// e^(-loss t) times cosh and sinh(r t)/r, r^2 = loss^2 - natural^2; cos and sin where that is below zero.
-fn damped(natural_2: f64, loss: f64, t: f64) -> (f64, f64) {
-    let r_2 = loss * loss - natural_2;
-    let r = r_2.abs().sqrt();
-    if r * t < 1e-6 {
-        let kept = (-loss * t).exp();
-        (kept, kept * t)
-    } else if r_2 > 0.0 {
-        let (slow, fast) = (((r - loss) * t).exp(), (-(r + loss) * t).exp());
-        (0.5 * (slow + fast), 0.5 * (slow - fast) / r)
-    } else {
-        let kept = (-loss * t).exp();
-        (kept * (r * t).cos(), kept * (r * t).sin() / r)
     }
 }

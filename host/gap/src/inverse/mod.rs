@@ -5,7 +5,9 @@ mod base;
 mod coarser;
 mod fit;
 mod follow;
+mod free;
 mod kernel;
+mod load;
 mod model;
 mod motion;
 mod record;
@@ -18,7 +20,9 @@ pub use fit::{
     fit_roughly,
 };
 pub use follow::{Later, Rubbing, Running, left_over};
+pub use free::{Free, Own, Owner};
 pub use kernel::{EFFORT, Kernel};
-pub use model::{Added, DELAYS, Free, Model, OFFSET, Own, Owner, Point};
+pub use load::is_corrected;
+pub use model::{Added, DELAYS, Model, OFFSET, Point};
 pub use record::{Record, Stretch};
 pub use twin::twins;

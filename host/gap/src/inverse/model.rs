@@ -1,13 +1,10 @@
-//! The simulator's own parameters and those of effects as one vector that a fit may move, with what is believed of them.
-//!
-//! A parameter that must stay above zero is fitted as its logarithm; every other as it is. Ranges are hard: without them a
-//! dead zone or a limit explains everything by removing all torque.
+//! The simulator's own parameters and those of effects as one vector that a fit may move.
 
 use super::follow::{MakeSensors, Rubbing, Running, arriving, left_over};
+use super::free::{Free, Own, Owner};
 use super::record::Record;
 use crate::believed::Believed;
 use crate::error::InputError;
-use bristle_plant::Unit;
 use bristle_plant::drive::DriveConfig;
 use bristle_plant::effect::{Coupling, Entry};
 use rayon::prelude::*;
@@ -18,126 +15,6 @@ pub const OFFSET: &str = "mechanics.offset";
 /// Effects by which effort acts later than recorded, or a position is older: no log of effort and motor position tells them
 /// apart, and along a measured motion they are one.
 pub const DELAYS: [&str; 2] = ["actuator.delay", "sensor.delay"];
-
-/// A parameter of the simulator itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Own {
-    /// J.
-    Inertia,
-    /// F_C.
-    Coulomb,
-    /// sigma2.
-    Viscous,
-    /// (F_S - F_C)/F_C.
-    StictionExcess,
-    /// v_s.
-    StribeckVelocity,
-    /// sigma0.
-    Stiffness,
-    /// sigma1.
-    Damping,
-    /// z_ba/z_ss.
-    BreakawayRatio,
-    /// Of the drive, s.
-    DriveLag,
-    /// How much later than recorded the effort acts, s: timing of the recorder, not of the axis.
-    Skew,
-}
-
-impl Own {
-    /// Its name as in the axis file, or of its own.
-    pub fn name(self, unit: Unit) -> &'static str {
-        let linear = unit == Unit::Linear;
-        let choose = |rotary, other| if linear { other } else { rotary };
-        match self {
-            Self::Inertia => choose("inertia_kg_m2", "mass_kg"),
-            Self::Coulomb => choose("coulomb_nm", "coulomb_n"),
-            Self::Viscous => choose("viscous_nm_s_rad", "viscous_n_s_m"),
-            Self::StictionExcess => "stiction_excess",
-            Self::StribeckVelocity => choose("stribeck_velocity_rad_s", "stribeck_velocity_m_s"),
-            Self::Stiffness => choose("stiffness_nm_rad", "stiffness_n_m"),
-            Self::Damping => choose("damping_nm_s_rad", "damping_n_s_m"),
-            Self::BreakawayRatio => "breakaway_ratio",
-            Self::DriveLag => "lag_s",
-            Self::Skew => "skew_s",
-        }
-    }
-}
-
-/// Whose parameter it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// The simulator's.
-    Own(Own),
-    /// The parameter of an effect, both by their place.
-    Effect(usize, usize),
-    /// The parameter of an effect on one record alone: effect, parameter and record by their place. A record's clock
-    /// says nothing of the phase of what repeats in time.
-    OnRecord(usize, usize, usize),
-}
-
-/// A parameter that may move, and what is believed of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Free {
-    /// Whose it is.
-    pub owner: Owner,
-    /// Its name, with its unit.
-    pub name: String,
-    /// Value to start from.
-    pub start: f64,
-    /// Lowest and highest value.
-    pub range: [f64; 2],
-    /// Fitted as its logarithm.
-    pub logarithmic: bool,
-    /// Standard deviation of the prior about `center`, in the fitted coordinate.
-    pub spread: f64,
-    /// Middle of the prior, in the fitted coordinate.
-    pub center: f64,
-}
-
-impl Free {
-    /// A parameter about `start`, by a factor of some 1 + `relative` either way.
-    pub fn about(owner: Owner, name: &str, start: f64, relative: f64, range: [f64; 2]) -> Self {
-        Self {
-            owner,
-            name: name.to_string(),
-            start,
-            range,
-            logarithmic: true,
-            spread: relative,
-            center: start.ln(),
-        }
-    }
-
-    /// A parameter that may be zero or negative.
-    pub fn linear(owner: Owner, name: &str, start: f64, spread: f64, range: [f64; 2]) -> Self {
-        Self {
-            owner,
-            name: name.to_string(),
-            start,
-            range,
-            logarithmic: false,
-            spread,
-            center: start,
-        }
-    }
-
-    /// The fitted coordinate of a value.
-    pub fn coordinate(&self, value: f64) -> f64 {
-        let value = value.clamp(self.range[0], self.range[1]);
-        if self.logarithmic { value.ln() } else { value }
-    }
-
-    /// The value at a fitted coordinate.
-    pub fn value(&self, coordinate: f64) -> f64 {
-        let value = if self.logarithmic {
-            coordinate.exp()
-        } else {
-            coordinate
-        };
-        value.clamp(self.range[0], self.range[1])
-    }
-}
 
 /// An effect in the model, with its values in the order of its parameters.
 #[derive(Clone)]
@@ -162,6 +39,8 @@ pub struct Model {
     pub scales_effort: bool,
     /// How much of each record's effort arrives, where they do and that is known.
     pub arrives: Option<Vec<f64>>,
+    /// What the balance lacks corrects a load behind a play.
+    pub corrects: bool,
 }
 
 /// Change of effort from which its gain is taken.
@@ -176,6 +55,7 @@ pub struct Point {
     effects: Vec<Added>,
     on_records: Vec<(usize, usize, usize, f64)>,
     skew_s: f64,
+    corrects: bool,
 }
 
 impl Model {
@@ -196,6 +76,14 @@ impl Model {
             .collect()
     }
 
+    /// Whether a parameter of an effect lies at the end of what is physical at a point.
+    pub fn ends_at_limit(&self, at: &[f64]) -> bool {
+        self.free.iter().zip(at).any(|(free, &x)| {
+            let value = free.value(x);
+            matches!(free.owner, Owner::Effect(..)) && free.range.contains(&value)
+        })
+    }
+
     /// The axis at a point.
     pub fn at(&self, at: &[f64]) -> Point {
         let mut point = Point {
@@ -203,6 +91,7 @@ impl Model {
             effects: self.effects.clone(),
             on_records: Vec::new(),
             skew_s: 0.0,
+            corrects: self.corrects,
         };
         let mut excess = self.believed.stiction_nm / self.believed.coulomb_nm - 1.0;
         for (free, &x) in self.free.iter().zip(at) {
@@ -283,9 +172,9 @@ impl Model {
         rubbing: Rubbing<'_>,
     ) -> Result<Vec<f64>, InputError> {
         let (mut rest, arrives) = if !self.scales_effort {
-            (point.rest(record, place, 1.0, rubbing)?, 1.0)
+            (point.rest(record, place, rubbing)?, 1.0)
         } else if let Some(arrives) = &self.arrives {
-            (point.rest(record, place, 1.0, rubbing)?, arrives[place])
+            (point.rest(record, place, rubbing)?, arrives[place])
         } else {
             let (rest, change) = point.rest_and_change(record, place, rubbing)?;
             let gain = gain(&change, &point.arrives(record, place)?);
@@ -345,8 +234,18 @@ impl Point {
         self.skew_s
     }
 
-    /// What is left over of a record, taken with so many times its effort, N m.
+    /// What is left over of a record, N m.
     fn rest(
+        &self,
+        record: &Record,
+        place: usize,
+        rubbing: Rubbing<'_>,
+    ) -> Result<Vec<f64>, InputError> {
+        self.rest_of_times(record, place, 1.0, rubbing)
+    }
+
+    /// The same of so many times the effort.
+    fn rest_of_times(
         &self,
         record: &Record,
         place: usize,
@@ -374,8 +273,17 @@ impl Point {
             Rubbing::Anew => Rubbing::Kept(&mut kept_nm),
             given => given,
         };
-        let rest = self.rest(record, place, 1.0, rubbing.again())?;
-        let more = self.rest(record, place, 1.0 + GAIN_STEP, rubbing.known())?;
+        if self.corrects {
+            // A load that is corrected would take more effort for a twist.
+            let open_loop = Self {
+                corrects: false,
+                ..self.clone()
+            };
+            let (_, change) = open_loop.rest_and_change(record, place, rubbing.again())?;
+            return Ok((self.rest(record, place, rubbing.known())?, change));
+        }
+        let rest = self.rest(record, place, rubbing.again())?;
+        let more = self.rest_of_times(record, place, 1.0 + GAIN_STEP, rubbing.known())?;
         let change = rest.iter().zip(&more).map(|(one, more)| more - one);
         let change = change.collect();
         Ok((rest, change))
@@ -468,6 +376,7 @@ impl Point {
             }),
             skew_samples: self.skew_samples(record, delay_s),
             times,
+            corrects: self.corrects,
         })
     }
 }
