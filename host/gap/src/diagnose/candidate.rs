@@ -8,7 +8,6 @@ use super::starts::IN_PROPORTION;
 use crate::error::InputError;
 use crate::inverse::{
     Added, Fit, Free, Model, Own, Owner, Record, Rubbing, STANDS_STILL, coarser, fit_near_until,
-    is_corrected,
 };
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter, Scale};
@@ -428,49 +427,7 @@ impl<'a> Background<'a> {
                 fit = other;
             }
         }
-        self.perhaps_corrected(cost_stands_still, records, model, fit)
-    }
-
-    /// A fit with a play, or where that does better the one from there with the load [corrected](Model::corrects): open loop leads farther, and the
-    /// correction nearer. Not where that ends at what is physical: so the correction alone follows whatever is missing.
-    ///
-    /// # Errors
-    /// The friction model refuses the parameters.
-    pub(super) fn perhaps_corrected(
-        &self,
-        cost_stands_still: f64,
-        records: &[Record],
-        model: Model,
-        fit: Fit,
-    ) -> Result<(Model, Fit), InputError> {
-        let inertia_kg_m2 = model.believed.whole_inertia_kg_m2();
-        let may_be = model.effects.last().is_some_and(|added| {
-            let effect = (added.entry.build)(&added.values, self.scale.unit);
-            let coupling = effect.coupling(inertia_kg_m2);
-            coupling.is_some_and(|coupling| is_corrected(&coupling))
-        });
-        if model.corrects || !may_be {
-            return Ok((model, fit));
-        }
-        let mut corrected = model.clone();
-        corrected.corrects = true;
-        let known = &self.fit.jacobian;
-        let from = fit.at.clone();
-        let other = fit_near_until(
-            cost_stands_still,
-            &corrected,
-            records,
-            self.weights,
-            from,
-            known,
-        )?;
-        Ok(
-            if other.cost < fit.cost && !corrected.ends_at_limit(&other.at) {
-                (corrected, other)
-            } else {
-                (model, fit)
-            },
-        )
+        Ok((model, fit))
     }
 }
 

@@ -5,7 +5,7 @@ use super::candidate::{Background, Screened, Start};
 use super::coupling::COUPLING;
 use super::screen::Tried;
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until};
+use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until, is_corrected};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -34,21 +34,40 @@ pub(super) fn springs(entry: &Entry) -> bool {
     [COUPLING, PLAY].contains(&entry.id)
 }
 
-/// Tries the play among `screened` about the coupling among `found`, of which the first `settled` were fitted to the end, and puts
-/// it there where it does better than the coupling, and than the play that was found.
+/// Tries the play among `screened` [about the coupling](about_coupling) among `found`, and with its load corrected where the coupling leaves room for a
+/// play.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-pub(super) fn try_about_coupling(
+pub(super) fn try_play(
     background: &Background<'_>,
     screened: &[Screened],
     found: &mut Vec<Tried>,
     settled: usize,
 ) -> Result<(), InputError> {
+    if about_coupling(background, screened, found, settled)?
+        && let Some(play) = found.iter_mut().find(|one| one.entry.id == PLAY)
+    {
+        correct(background, play)?;
+    }
+    Ok(())
+}
+
+/// Tries the play among `screened` about the coupling among `found`, of which the first `settled` were fitted to the end, and puts
+/// it there where it does better than the coupling, and than the play that was found. Says whether the coupling leaves room for a play.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn about_coupling(
+    background: &Background<'_>,
+    screened: &[Screened],
+    found: &mut Vec<Tried>,
+    settled: usize,
+) -> Result<bool, InputError> {
     let place = |id: &str| found.iter().position(|one| one.entry.id == id);
     let play = screened.iter().find(|(entry, _)| entry.id == PLAY);
     let (Some((play, _)), Some(coupling)) = (play, place(COUPLING)) else {
-        return Ok(());
+        return Ok(true);
     };
     let Tried {
         model: with,
@@ -61,7 +80,7 @@ pub(super) fn try_about_coupling(
     let (times, part) = NO_PLAY;
     let no_play = background.fit.cost - least > times * brought && least < part * coupled.cost;
     if brought < BRINGS.0 || no_play {
-        return Ok(());
+        return Ok(false);
     }
     // With flanks that meet at other moments no fit goes from one play to another.
     let known = &background.fit.jacobian;
@@ -80,7 +99,7 @@ pub(super) fn try_about_coupling(
     let enough = coupled.cost - BRINGS.0.max(BRINGS.1 * brought);
     // No play leaves so little.
     if enough <= 0.0 {
-        return Ok(());
+        return Ok(false);
     }
     let own = &coupled.at[..background.model.free.len()];
     let begun = |starts: Vec<Start>| {
@@ -119,7 +138,7 @@ pub(super) fn try_about_coupling(
             }
         });
     let Some((fit, model)) = best else {
-        return Ok(());
+        return Ok(true);
     };
     let fit = fitted(&model, fit.at)?;
     if fit.cost < found_before.min(enough) {
@@ -130,11 +149,35 @@ pub(super) fn try_about_coupling(
         } else {
             fit
         };
-        let (model, fit) =
-            background.perhaps_corrected(STANDS_STILL, background.records, model, fit)?;
         let entry = *play;
         found.retain(|one| one.entry.id != PLAY);
         found.push(Tried { entry, model, fit });
+    }
+    Ok(true)
+}
+
+/// Fits a play once more with its load [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads farther; the correction leads
+/// nearer. Not where that ends at what is physical: so the correction alone follows whatever is missing.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn correct(background: &Background<'_>, play: &mut Tried) -> Result<(), InputError> {
+    let inertia_kg_m2 = play.model.believed.whole_inertia_kg_m2();
+    let may_be = play.model.effects.last().is_some_and(|added| {
+        let effect = (added.entry.build)(&added.values, background.scale.unit);
+        let coupling = effect.coupling(inertia_kg_m2);
+        coupling.is_some_and(|coupling| is_corrected(&coupling))
+    });
+    if !may_be {
+        return Ok(());
+    }
+    let mut model = play.model.clone();
+    model.corrects = true;
+    let (records, weights) = (background.records, background.weights);
+    let (from, known) = (play.fit.at.clone(), &background.fit.jacobian);
+    let fit = fit_near_until(STANDS_STILL, &model, records, weights, from, known)?;
+    if fit.cost < play.fit.cost && !model.ends_at_limit(&fit.at) {
+        (play.model, play.fit) = (model, fit);
     }
     Ok(())
 }

@@ -107,7 +107,7 @@ pub(super) fn fit_best(
     let settles = settled.len();
     let found = settled.into_iter().chain(further).map(|(_, one)| one);
     let mut found: Vec<Tried> = found.collect();
-    play::try_about_coupling(background, screened, &mut found, settles)?;
+    play::try_play(background, screened, &mut found, settles)?;
     Ok(found)
 }
 
