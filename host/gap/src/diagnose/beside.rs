@@ -10,7 +10,7 @@ use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::likelihood::Noise;
 use super::screen::{Tried, by_promise, fit_best, screen};
-use super::single::no_worse;
+use super::single::{beside, no_worse};
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
 use bristle_plant::effect::{Entry, Scale};
@@ -160,8 +160,8 @@ impl Pairs<'_> {
             .par_iter_mut()
             .filter(|one| predicted(one))
             .try_for_each(|one| {
-                let from = own.iter().chain(&one.fit.at[own.len()..]);
-                let fit = fit(&one.model, records, weights, from.copied().collect())?;
+                let from = beside(&one.fit, own.to_vec());
+                let fit = fit(&one.model, records, weights, from)?;
                 let other = self
                     .judge
                     .hypothesis(one.added.clone(), one.model.clone(), fit);

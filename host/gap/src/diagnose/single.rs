@@ -280,8 +280,8 @@ pub(super) fn no_worse(
     }
 }
 
-/// Parameters of the simulator's own with those of the effect of a fit.
-fn beside(fit: &Fit, own: Vec<f64>) -> Vec<f64> {
+/// Parameters of the simulator's own with those of the effects of a fit.
+pub(super) fn beside(fit: &Fit, own: Vec<f64>) -> Vec<f64> {
     let mut at = own;
     at.extend(&fit.at[at.len()..]);
     at

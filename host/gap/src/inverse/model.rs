@@ -297,6 +297,7 @@ impl Point {
         if holds || believed.effects.iter().any(|effect| effect.id != OFFSET) {
             let mut without = self.clone();
             without.effects.truncate(believed.effects.len());
+            without.corrects = false;
             without
                 .on_records
                 .retain(|(effect, ..)| *effect < without.effects.len());
