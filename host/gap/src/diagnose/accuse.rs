@@ -265,6 +265,7 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
                 || of_moments && parts.is_none()
                 || nothing_left && (apart || parts.is_none() && takes > least))
         || (of_moments || anything_left && leaves_nothing) && asked(SECOND_WHERE_NOTHING_IS_LEFT)
+        || of_moments && leaves_nothing && apart && nats > SECOND_WHERE_NOTHING_IS_LEFT.0
         || takes_rest && asked(of_rest)
         || no_moments && asked(where_none)
         || second().next().is_some_and(|entry| {
@@ -287,8 +288,9 @@ fn gains_below_open(
     };
     let nats = search.score_of_all(pair) - search.score_of_all(single) - null.may_gain_of_all();
     let (least_nats, least) = BELOW_OPEN_BESIDE;
-    // What grows with load follows errors of the motion.
-    nats > least_nats && takes.is_some_and(|takes| takes > least) && !grows_with_load(second)
+    // What grows with load follows errors of the motion; steps are at the moments of the largest.
+    let follows = grows_with_load(second) || makes_steps(second);
+    nats > least_nats && takes.is_some_and(|takes| takes > least) && !follows
         || nats > BRISTLES_GAIN && is_bristles(&search.base.model, second)
 }
 

@@ -9,7 +9,7 @@ use super::candidate::{self, Background, Screened, Start};
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::likelihood::Noise;
-use super::screen::{Tried, by_promise, fit_best, screen};
+use super::screen::{Tried, WORTH_A_FIT, by_promise, fit_best, gain, screen};
 use super::single::{beside, no_worse};
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
@@ -67,7 +67,7 @@ impl Pairs<'_> {
             by_promise(&mut rivals);
             rivals
         };
-        let mut several = self.beside(first, &background, &screened)?;
+        let mut several = self.beside(first, &background, &screened, !room)?;
         if of_noise(first) {
             return Ok(several);
         }
@@ -103,13 +103,14 @@ impl Pairs<'_> {
         for second in seconds {
             let background = self.background(second);
             // What the second one needs beside it may do nothing beside the first.
-            let screened = if room && left {
+            let all = room && left;
+            let screened = if all {
                 self.screened(&background, second, entries, &|_| ())
             } else {
                 let enough = RIVALS * (first.score - self.base.score);
                 self.rivals(&background, enough, &second.ids())
             };
-            several.extend(self.beside(second, &background, &screened)?);
+            several.extend(self.beside(second, &background, &screened, !all)?);
         }
         sort(&mut several);
         Ok(several)
@@ -242,7 +243,9 @@ impl Pairs<'_> {
             .copied()
             .filter(|entry| is_bristles(&self.base.model, entry) && !known(entry))
             .collect();
-        screen(background, &asked, &|_| ())
+        let mut screened = screen(background, &asked, &|_| ());
+        screened.retain(|(_, starts)| gain(starts) > WORTH_A_FIT);
+        screened
     }
 
     /// What gains `enough` alone, from where it came out; not what is `taken`, nor what grows with load where all lies below what is open: no
@@ -299,30 +302,34 @@ impl Pairs<'_> {
             || of_all(alone) - of_all(self.base) > BELOW_OPEN_BESIDE.0
     }
 
-    /// The best of these effects beside a hypothesis, best first.
+    /// The best of these effects beside a hypothesis, best first: those that promise anything, or whatever they promise where they are `rivals`, which
+    /// may be far off where the hypothesis has taken the simulator.
     fn beside(
         &self,
         from: &Hypothesis,
         background: &Background<'_>,
         screened: &[Screened],
+        rivals: bool,
     ) -> Result<Vec<Hypothesis>, InputError> {
         let (records, weights) = (self.judge.records, self.judge.weights);
         let ground = self.ground(from);
-        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, false)?
-            .into_iter()
-            .map(|Tried { entry, model, fit }| {
-                let mut added = from.added.clone();
-                added.push(entry);
-                let fit = fit_at(&model, records, weights, fit.at)?;
-                let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-                let both = self.judge.hypothesis(added, model, fit);
-                Ok(if of_noise(from) {
-                    both.beside_noise(from, self.base)
-                } else {
-                    both
-                })
+        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, |place, _| {
+            rivals && place < BESIDE
+        })?
+        .into_iter()
+        .map(|Tried { entry, model, fit }| {
+            let mut added = from.added.clone();
+            added.push(entry);
+            let fit = fit_at(&model, records, weights, fit.at)?;
+            let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
+            let both = self.judge.hypothesis(added, model, fit);
+            Ok(if of_noise(from) {
+                both.beside_noise(from, self.base)
+            } else {
+                both
             })
-            .collect::<Result<_, InputError>>()?;
+        })
+        .collect::<Result<_, InputError>>()?;
         sort(&mut found);
         Ok(found)
     }

@@ -104,7 +104,7 @@ impl Again<'_> {
         } = self.round;
         let background = self.ground.background(weights, fitted);
         let screened = screen(&background, entries, &|_| ());
-        fit_best(&background, &screened, entries.len(), false)
+        fit_best(&background, &screened, entries.len(), |_, _| false)
     }
 
     /// An effect looked at again.

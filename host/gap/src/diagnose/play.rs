@@ -35,7 +35,7 @@ pub(super) fn springs(entry: &Entry) -> bool {
 }
 
 /// Tries the play among `screened` [about the coupling](about_coupling) among `found`, and with its load corrected where the coupling leaves room for a
-/// play.
+/// play: not where the coupling comes as near with its own load corrected, which then is what brings the play near.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -46,9 +46,21 @@ pub(super) fn try_play(
     settled: usize,
 ) -> Result<(), InputError> {
     if about_coupling(background, screened, found, settled)?
-        && let Some(play) = found.iter_mut().find(|one| one.entry.id == PLAY)
+        && let Some(play) = found.iter().position(|one| one.entry.id == PLAY)
+        && let Some((model, fit)) = corrected(background, &found[play])?
     {
-        correct(background, play)?;
+        let coupling = found.iter().find(|one| one.entry.id == COUPLING);
+        let alike = coupling.map(|coupling| {
+            let open = coupling.fit.cost;
+            let corrected = corrected(background, coupling)?;
+            Ok::<f64, InputError>(corrected.map_or(open, |(_, fit)| fit.cost))
+        });
+        if alike
+            .transpose()?
+            .is_none_or(|cost| fit.cost < cost - BRINGS.0)
+        {
+            (found[play].model, found[play].fit) = (model, fit);
+        }
     }
     Ok(())
 }
@@ -156,30 +168,32 @@ fn about_coupling(
     Ok(true)
 }
 
-/// Fits a play once more with its load [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads farther; the correction leads
-/// nearer. Not where that ends at what is physical: so the correction alone follows whatever is missing.
+/// A play or a coupling fitted once more with its load [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads
+/// farther; the correction leads nearer. None where it is no better, nor where it ends at what is physical: so the correction alone follows whatever is
+/// missing.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-fn correct(background: &Background<'_>, play: &mut Tried) -> Result<(), InputError> {
-    let inertia_kg_m2 = play.model.believed.whole_inertia_kg_m2();
-    let may_be = play.model.effects.last().is_some_and(|added| {
+fn corrected(
+    background: &Background<'_>,
+    open: &Tried,
+) -> Result<Option<(Model, Fit)>, InputError> {
+    let inertia_kg_m2 = open.model.believed.whole_inertia_kg_m2();
+    let may_be = open.model.effects.last().is_some_and(|added| {
         let effect = (added.entry.build)(&added.values, background.scale.unit);
         let coupling = effect.coupling(inertia_kg_m2);
         coupling.is_some_and(|coupling| is_corrected(&coupling))
     });
     if !may_be {
-        return Ok(());
+        return Ok(None);
     }
-    let mut model = play.model.clone();
+    let mut model = open.model.clone();
     model.corrects = true;
     let (records, weights) = (background.records, background.weights);
-    let (from, known) = (play.fit.at.clone(), &background.fit.jacobian);
+    let (from, known) = (open.fit.at.clone(), &background.fit.jacobian);
     let fit = fit_near_until(STANDS_STILL, &model, records, weights, from, known)?;
-    if fit.cost < play.fit.cost && !model.ends_at_limit(&fit.at) {
-        (play.model, play.fit) = (model, fit);
-    }
-    Ok(())
+    let better = fit.cost < open.fit.cost && !model.ends_at_limit(&fit.at);
+    Ok(better.then_some((model, fit)))
 }
 
 /// From `at` downhill by one parameter of the play after the other: its flanks meet at moments that a slope does not know of.

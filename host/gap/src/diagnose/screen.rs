@@ -54,8 +54,8 @@ pub(super) fn by_promise(screened: &mut [Screened]) {
     screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
 }
 
-/// Fits of the most promising effects, and where `unpromising` of those that are never zero, from their best starts. Where they are many, all
-/// are fitted as far as shows what they promise, and the best of them to the end.
+/// Fits of the `most` promising effects, and of those that are worth a fit whatever they promise, by their place, from their best starts. Where they are
+/// many, all are fitted as far as shows what they promise, and the best of them to the end.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -63,22 +63,21 @@ pub(super) fn fit_best(
     background: &Background<'_>,
     screened: &[Screened],
     most: usize,
-    unpromising: bool,
+    whatever: impl Fn(usize, &Entry) -> bool,
 ) -> Result<Vec<Tried>, InputError> {
     let promising = screened
         .iter()
         .take(most)
         .filter(|(_, starts)| gain(starts) > WORTH_A_FIT);
-    // What is never zero may be far off wherever it is tried, until everything else has moved with it.
-    let never_zero = screened
+    let whatever = screened
         .iter()
         .enumerate()
         .filter(|(place, (entry, starts))| {
             let promises = *place < most && gain(starts) > WORTH_A_FIT;
-            unpromising && !promises && !starts.is_empty() && background.never_zero(entry)
+            !promises && !starts.is_empty() && whatever(*place, entry)
         })
         .map(|(_, one)| one);
-    let all: Vec<&Screened> = promising.chain(never_zero).collect();
+    let all: Vec<&Screened> = promising.chain(whatever).collect();
     let effects = all.len();
     let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()

@@ -8,10 +8,10 @@ const MOST_STEPS: f64 = 10.0;
 /// by which it follows noise, 1.7 and 7 times as many.
 const CORRECTED: f64 = 0.6;
 
-/// Whether what the balance lacks may correct the load behind a coupling: behind a play friction holds it where it was left, but when it meets
-/// the next flank is as wrong as all that it did before. A load that nothing rubs floats in its gap, and no balance tells where.
+/// Whether what the balance lacks may correct the load behind a coupling: friction holds it where it was left, but when it meets the next flank of a
+/// play, or slips, is as wrong as all that it did before. A load that nothing rubs floats in its gap, and no balance tells where.
 pub fn is_corrected(coupling: &Coupling) -> bool {
-    coupling.gap_rad > 0.0 && !coupling.friction_on_motor
+    !coupling.friction_on_motor
 }
 
 /// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys

@@ -39,7 +39,7 @@ pub struct Model {
     pub scales_effort: bool,
     /// How much of each record's effort arrives, where they do and that is known.
     pub arrives: Option<Vec<f64>>,
-    /// What the balance lacks corrects a load behind a play.
+    /// What the balance lacks corrects a load that friction holds.
     pub corrects: bool,
 }
 
