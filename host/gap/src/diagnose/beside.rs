@@ -9,7 +9,8 @@ use super::candidate::{self, Background, Screened, Start};
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::likelihood::Noise;
-use super::screen::{Tried, WORTH_A_FIT, by_promise, fit_best, gain, screen};
+use super::play::{PLAY, springs};
+use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::{beside, no_worse};
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
@@ -30,6 +31,8 @@ const RIVALS: f64 = 0.2;
 const NEXT: f64 = 0.5;
 /// Cosine between what two effects change beyond which they are one in two forms.
 const ONE_IN_TWO_FORMS: f64 = 0.9;
+/// The same below which two change something else.
+const APART: f64 = 0.3;
 /// So many of them at most.
 const MOST_NEXT: usize = 2;
 
@@ -62,12 +65,12 @@ impl Pairs<'_> {
         let screened = if room {
             self.screened(&background, first, entries, progress)
         } else {
-            let mut rivals = self.rivals(&background, ACCUSES, &first.ids());
+            let mut rivals = self.rivals(&background, ACCUSES, first);
             rivals.extend(self.bristles(&background, entries, &rivals, first));
             by_promise(&mut rivals);
             rivals
         };
-        let mut several = self.beside(first, &background, &screened, !room)?;
+        let mut several = self.beside(first, &background, &screened)?;
         if of_noise(first) {
             return Ok(several);
         }
@@ -103,14 +106,13 @@ impl Pairs<'_> {
         for second in seconds {
             let background = self.background(second);
             // What the second one needs beside it may do nothing beside the first.
-            let all = room && left;
-            let screened = if all {
+            let screened = if room && left {
                 self.screened(&background, second, entries, &|_| ())
             } else {
                 let enough = RIVALS * (first.score - self.base.score);
-                self.rivals(&background, enough, &second.ids())
+                self.rivals(&background, enough, second)
             };
-            several.extend(self.beside(second, &background, &screened, !all)?);
+            several.extend(self.beside(second, &background, &screened)?);
         }
         sort(&mut several);
         Ok(several)
@@ -190,7 +192,7 @@ impl Pairs<'_> {
             };
             let mut model = background.with(entry, &Start::at(values));
             model.scales_effort |= pair.model.scales_effort;
-            model.corrects |= pair.model.corrects;
+            model.corrects |= pair.model.corrects && entry.id == PLAY;
             let own = self.base.model.free.len();
             let mut from = pair.fit.at[..own].to_vec();
             from.extend_from_slice(&model.start()[own..]);
@@ -215,7 +217,7 @@ impl Pairs<'_> {
         let others: Vec<&'static Entry> = entries
             .iter()
             .copied()
-            .filter(|entry| first.added.iter().all(|added| added.id != entry.id))
+            .filter(|entry| goes_beside(entry, first))
             .collect();
         let mut screened = screen(background, &others, progress);
         for (entry, starts) in &mut screened {
@@ -243,14 +245,12 @@ impl Pairs<'_> {
             .copied()
             .filter(|entry| is_bristles(&self.base.model, entry) && !known(entry))
             .collect();
-        let mut screened = screen(background, &asked, &|_| ());
-        screened.retain(|(_, starts)| gain(starts) > WORTH_A_FIT);
-        screened
+        screen(background, &asked, &|_| ())
     }
 
-    /// What gains `enough` alone, from where it came out; not what is `taken`, nor what grows with load where all lies below what is open: no
+    /// What gains `enough` alone, beside `from`, from where it came out; not what grows with load where all lies below what is open: no
     /// second effect is believed that does.
-    fn rivals(&self, background: &Background<'_>, enough: f64, taken: &[&str]) -> Vec<Screened> {
+    fn rivals(&self, background: &Background<'_>, enough: f64, from: &Hypothesis) -> Vec<Screened> {
         let Judge { noise, nodes, .. } = self.judge;
         let anything = leaves(noise, nodes, &self.base.held_out, NOTHING);
         let mut rivals: Vec<Screened> = self
@@ -259,7 +259,7 @@ impl Pairs<'_> {
             .filter(|h| self.gains(h, enough) && !of_noise(h))
             .map(|h| h.added[0])
             .filter(|entry| anything || !grows_with_load(entry))
-            .filter(|entry| !taken.contains(&entry.id))
+            .filter(|entry| goes_beside(entry, from))
             .filter_map(|entry| Some((entry, vec![self.came_out(background, entry)?])))
             .collect();
         by_promise(&mut rivals);
@@ -302,37 +302,47 @@ impl Pairs<'_> {
             || of_all(alone) - of_all(self.base) > BELOW_OPEN_BESIDE.0
     }
 
-    /// The best of these effects beside a hypothesis, best first: those that promise anything, or whatever they promise where they are `rivals`, which
-    /// may be far off where the hypothesis has taken the simulator.
+    /// The best of these effects beside a hypothesis, best first: those that promise anything, and whatever they promise those that do well alone and
+    /// change something else, from which the hypothesis may have taken the simulator far away.
     fn beside(
         &self,
         from: &Hypothesis,
         background: &Background<'_>,
         screened: &[Screened],
-        rivals: bool,
     ) -> Result<Vec<Hypothesis>, InputError> {
         let (records, weights) = (self.judge.records, self.judge.weights);
         let ground = self.ground(from);
-        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, |place, _| {
-            rivals && place < BESIDE
-        })?
-        .into_iter()
-        .map(|Tried { entry, model, fit }| {
-            let mut added = from.added.clone();
-            added.push(entry);
-            let fit = fit_at(&model, records, weights, fit.at)?;
-            let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-            let both = self.judge.hypothesis(added, model, fit);
-            Ok(if of_noise(from) {
-                both.beside_noise(from, self.base)
-            } else {
-                both
+        let changes = |h: &Hypothesis| change(&self.base.held_out, &h.held_out, weights);
+        let changed = changes(from);
+        let apart = |entry: &Entry| {
+            let alone = self.alone(entry).filter(|h| self.gains(h, ACCUSES));
+            alone.is_some_and(|h| cosine(&changed, &changes(h)) < APART)
+        };
+        let whatever = |place, entry: &Entry| place < BESIDE && apart(entry);
+        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, whatever)?
+            .into_iter()
+            .map(|Tried { entry, model, fit }| {
+                let mut added = from.added.clone();
+                added.push(entry);
+                let fit = fit_at(&model, records, weights, fit.at)?;
+                let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
+                let both = self.judge.hypothesis(added, model, fit);
+                Ok(if of_noise(from) {
+                    both.beside_noise(from, self.base)
+                } else {
+                    both
+                })
             })
-        })
-        .collect::<Result<_, InputError>>()?;
+            .collect::<Result<_, InputError>>()?;
         sort(&mut found);
         Ok(found)
     }
+}
+
+/// Whether an effect may be one more beside a hypothesis: an axis has one load behind a spring.
+fn goes_beside(entry: &Entry, hypothesis: &Hypothesis) -> bool {
+    let mut added = hypothesis.added.iter();
+    added.all(|added| added.id != entry.id && !(springs(added) && springs(entry)))
 }
 
 /// The values that an effect came out with in a hypothesis; none for a wave with a phase of its own on each record.

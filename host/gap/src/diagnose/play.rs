@@ -10,7 +10,7 @@ use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-const PLAY: &str = "mechanics.backlash";
+pub(super) const PLAY: &str = "mechanics.backlash";
 /// Plays that are tried, in times of the smallest usual one: from hardly one at all.
 const GAPS: [f64; 6] = [0.4, 1.0, 2.5, 5.0, 8.0, 14.0];
 /// So many of them are fitted.
@@ -47,18 +47,16 @@ pub(super) fn try_play(
 ) -> Result<(), InputError> {
     if about_coupling(background, screened, found, settled)?
         && let Some(play) = found.iter().position(|one| one.entry.id == PLAY)
-        && let Some((model, fit)) = corrected(background, &found[play])?
+        && let Some((model, fit)) = corrected(background, &found[play], STANDS_STILL)?
     {
         let coupling = found.iter().find(|one| one.entry.id == COUPLING);
-        let alike = coupling.map(|coupling| {
-            let open = coupling.fit.cost;
-            let corrected = corrected(background, coupling)?;
-            Ok::<f64, InputError>(corrected.map_or(open, |(_, fit)| fit.cost))
-        });
-        if alike
-            .transpose()?
-            .is_none_or(|cost| fit.cost < cost - BRINGS.0)
-        {
+        let without_play = match coupling {
+            Some(open) => {
+                corrected(background, open, PROMISES)?.map_or(open.fit.cost, |(_, fit)| fit.cost)
+            }
+            None => f64::INFINITY,
+        };
+        if fit.cost < without_play - BRINGS.0 {
             (found[play].model, found[play].fit) = (model, fit);
         }
     }
@@ -168,8 +166,8 @@ fn about_coupling(
     Ok(true)
 }
 
-/// A play or a coupling fitted once more with its load [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads
-/// farther; the correction leads nearer. None where it is no better, nor where it ends at what is physical: so the correction alone follows whatever is
+/// A play or a coupling fitted once more, until the cost changes by less than a part of itself, with its load
+/// [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads farther; the correction leads nearer. None where it is no better, nor where it ends at what is physical: so the correction alone follows whatever is
 /// missing.
 ///
 /// # Errors
@@ -177,6 +175,7 @@ fn about_coupling(
 fn corrected(
     background: &Background<'_>,
     open: &Tried,
+    stands_still: f64,
 ) -> Result<Option<(Model, Fit)>, InputError> {
     let inertia_kg_m2 = open.model.believed.whole_inertia_kg_m2();
     let may_be = open.model.effects.last().is_some_and(|added| {
@@ -191,7 +190,7 @@ fn corrected(
     model.corrects = true;
     let (records, weights) = (background.records, background.weights);
     let (from, known) = (open.fit.at.clone(), &background.fit.jacobian);
-    let fit = fit_near_until(STANDS_STILL, &model, records, weights, from, known)?;
+    let fit = fit_near_until(stands_still, &model, records, weights, from, known)?;
     let better = fit.cost < open.fit.cost && !model.ends_at_limit(&fit.at);
     Ok(better.then_some((model, fit)))
 }
