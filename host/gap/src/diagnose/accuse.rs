@@ -50,7 +50,8 @@ pub(super) const LEAST_SECOND: f64 = 10.0;
 /// leaves is noise.
 const SECOND_WHERE_MUCH_IS_LEFT: (f64, f64) = (60.0, 0.2);
 /// All three where a single effect leaves anything and both leave nothing: two that act alike, as two limits or two delays, are then no
-/// one effect in two forms. Of 93 trials with one effect, of which one had a pair that gained 30 and more and left nothing, that took 0.08.
+/// one effect in two forms. Of 93 trials with one effect, of which one had a pair that gained 30 and more and left nothing, that took 0.08. The first
+/// alone where both leave nothing of much that one leaves in few moments, of which squares tell little.
 const SECOND_WHERE_NOTHING_IS_LEFT: (f64, f64, f64) = (30.0, 0.3, 2.0);
 /// All three, and the share that they explain of what the single effect leaves, where that is anything. Of those 93 the most was 0.21 where the
 /// first two hold, and 0.22 where the effect was left out.
