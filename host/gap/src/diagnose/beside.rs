@@ -314,8 +314,10 @@ impl Pairs<'_> {
         let ground = self.ground(from);
         let changes = |h: &Hypothesis| change(&self.base.held_out, &h.held_out, weights);
         let changed = changes(from);
+        // What grows with load follows errors of the motion, whatever else is there.
         let apart = |entry: &Entry| {
             let alone = self.alone(entry).filter(|h| self.gains(h, ACCUSES));
+            let alone = alone.filter(|_| !grows_with_load(entry));
             alone.is_some_and(|h| cosine(&changed, &changes(h)) < APART)
         };
         let whatever = |place, entry: &Entry| place < BESIDE && apart(entry);
