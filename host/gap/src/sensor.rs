@@ -1,6 +1,6 @@
 //! What the positions of a log say of its sensor by themselves: the grid they lie on, and noise that grows with speed.
 
-use crate::signal::{extent, fourier};
+use crate::signal::{correlation, extent, fourier};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
@@ -18,33 +18,6 @@ const FEWEST_STEPS: f64 = 30.0;
 const IN_STEP: f64 = 0.35;
 /// The same for few positions: n of them are in step by chance, at one of many grids, to this over the root of n.
 const BY_CHANCE: f64 = 6.0;
-/// Correlation of third differences with the next ones where positions move by more in three steps, without single jerks.
-fn correlation(position_rad: &[f64], faster_rad: f64) -> f64 {
-    let thirds: Vec<Option<f64>> = position_rad
-        .windows(4)
-        .map(|q| {
-            let fast = (q[3] - q[0]).abs() >= faster_rad;
-            fast.then(|| q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0])
-        })
-        .collect();
-    let mut sizes: Vec<f64> = thirds.iter().flatten().map(|third| third.abs()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    let usual = sizes
-        .get((SMALLER * sizes.len() as f64) as usize)
-        .copied()
-        .unwrap_or_default();
-    let (mut both, mut squares) = (0.0, 0.0);
-    for pair in thirds.windows(2) {
-        if let [Some(one), Some(next)] = *pair
-            && one.abs().max(next.abs()) <= JERKS * usual
-        {
-            both += one * next;
-            squares += 0.5 * (one * one + next * next);
-        }
-    }
-    both / squares
-}
-
 /// A bin counts at most so many times the mean of those that are not empty: where an axis rests says nothing of a grid.
 const RESTS: f64 = 3.0;
 /// Lines of the spectrum that are looked at.
@@ -277,13 +250,14 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     // A third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
     let variance = |square: f64| square / OF_SMALLER / 20.0;
     let quantisation = variance((ROUNDS_TO * rad_per_count).powi(2));
-    let mut samples: Vec<(f64, f64)> = position_rad
+    let thirds: Vec<(f64, f64)> = position_rad
         .windows(4)
         .map(|q| {
             let speed = (q[3] - q[0]).abs() / (3.0 * step_s);
-            (speed, (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs())
+            (speed, q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0])
         })
         .collect();
+    let mut samples: Vec<(f64, f64)> = thirds.iter().map(|x| (x.0, x.1.abs())).collect();
     if samples.len() < PARTS * FEWEST {
         return Shown {
             most_jitter_s: f64::INFINITY,
@@ -325,7 +299,7 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
     // A straight line over the square of speed, or it is something else.
     let straight = xx > 0.0 && yy > 0.0 && xy > 0.0 && xy * xy > 0.8 * xx * yy;
     let fast = samples[samples.len() * (PARTS - FAST) / PARTS].0;
-    if !straight || !WHITE.contains(&correlation(position_rad, fast * 3.0 * step_s)) {
+    if !straight || !WHITE.contains(&with_the_next(&thirds, fast)) {
         return none;
     }
     let slope = xy / xx;
@@ -341,6 +315,23 @@ fn jitter(position_rad: &[f64], step_s: f64, rad_per_count: f64) -> Shown {
         jitter_nats: nats.filter(|nats| nats.is_finite()).sum(),
         ..none
     }
+}
+
+/// Correlation of third differences with the next ones where motion is as fast, without single jerks; of speeds and these, in their order.
+fn with_the_next(thirds: &[(f64, f64)], fast_rad_s: f64) -> f64 {
+    let fast = |&(speed, _): &(f64, f64)| speed >= fast_rad_s;
+    let mut sizes: Vec<f64> = thirds
+        .iter()
+        .filter(|x| fast(x))
+        .map(|x| x.1.abs())
+        .collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    let place = (SMALLER * sizes.len() as f64) as usize;
+    let usual = sizes.get(place).copied().unwrap_or_default();
+    let is_noise = |x: &(f64, f64)| fast(x) && x.1.abs() <= JERKS * usual;
+    let both = thirds.windows(2).filter(|both| both.iter().all(is_noise));
+    let (these, next): (Vec<f64>, Vec<f64>) = both.map(|both| (both[0].1, both[1].1)).unzip();
+    correlation(&these, &next)
 }
 
 #[cfg(test)]
@@ -407,6 +398,12 @@ mod tests {
             .collect();
         let jitter = shown(&late, 1e-3, 1e-6).jitter_s;
         assert!((0.7e-4..1.4e-4).contains(&jitter), "{jitter:e}");
+        // Alternates from sample to sample by as much as jitter would move it.
+        let alternates: Vec<f64> = (0..20_000)
+            .map(|k| (k, if k % 2 == 0 { 1e-4 } else { -1e-4 }))
+            .map(|(k, late)| position(k) + late * 6e0 * (0.002 * k as f64).cos())
+            .collect();
+        assert_eq!(shown(&alternates, 1e-3, 1e-6).jitter_s, 0.0);
         // A record that hardly moves shows nothing of it, and leaves room for more.
         let slow: Vec<f64> = (0..20_000)
             .map(|k| 1e-3 * (late[k] * 1e3).round() * 1e-3)

@@ -15,6 +15,7 @@ use super::single::{beside, no_worse};
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
 use bristle_plant::effect::{Entry, Scale};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// Effects that are tried beside another.
@@ -80,8 +81,7 @@ impl Pairs<'_> {
             .into_iter()
             .collect();
         let enough = NEXT * (first.score - self.base.score);
-        let changes = |h: &Hypothesis| change(&self.base.held_out, &h.held_out, self.judge.weights);
-        let mut apart = vec![changes(first)];
+        let mut apart = vec![self.changes(first)];
         for next in self.single {
             if apart.len() > MOST_NEXT {
                 break;
@@ -89,7 +89,7 @@ impl Pairs<'_> {
             if next.score - self.base.score <= enough || of_noise(next) {
                 continue;
             }
-            let changed = changes(next);
+            let changed = self.changes(next);
             let alike = |other| cosine(other, &changed) > ONE_IN_TWO_FORMS;
             if apart.iter().any(alike) {
                 continue;
@@ -248,7 +248,7 @@ impl Pairs<'_> {
         screen(background, &asked, &|_| ())
     }
 
-    /// What gains `enough` alone, beside `from`, from where it came out; not what grows with load where all lies below what is open: no
+    /// What gains `enough` alone and may be one more beside `from`, from where it came out; not what grows with load where all lies below what is open: no
     /// second effect is believed that does.
     fn rivals(&self, background: &Background<'_>, enough: f64, from: &Hypothesis) -> Vec<Screened> {
         let Judge { noise, nodes, .. } = self.judge;
@@ -270,6 +270,20 @@ impl Pairs<'_> {
         self.single.iter().find(|h| h.added[0].id == entry.id)
     }
 
+    /// An effect that does well alone.
+    fn well_alone(&self, entry: &Entry) -> Option<&Hypothesis> {
+        self.alone(entry).filter(|alone| self.gains(alone, ACCUSES))
+    }
+
+    /// What a hypothesis changes of the rest of the simulator alone.
+    fn changes(&self, hypothesis: &Hypothesis) -> DVector<f64> {
+        change(
+            &self.base.held_out,
+            &hypothesis.held_out,
+            self.judge.weights,
+        )
+    }
+
     /// What the model of a hypothesis is: noise leaves it as it is.
     fn ground<'a>(&'a self, from: &'a Hypothesis) -> &'a Hypothesis {
         if of_noise(from) { self.base } else { from }
@@ -288,10 +302,7 @@ impl Pairs<'_> {
 
     /// An effect that does well alone, from where it came out; not a wave with a phase of its own on each record.
     fn came_out(&self, background: &Background<'_>, entry: &'static Entry) -> Option<Start> {
-        let alone = self.alone(entry)?;
-        if !self.gains(alone, ACCUSES) {
-            return None;
-        }
+        let alone = self.well_alone(entry)?;
         Some(background.as_it_came_out(entry, values_in(alone, entry)?))
     }
 
@@ -312,13 +323,13 @@ impl Pairs<'_> {
     ) -> Result<Vec<Hypothesis>, InputError> {
         let (records, weights) = (self.judge.records, self.judge.weights);
         let ground = self.ground(from);
-        let changes = |h: &Hypothesis| change(&self.base.held_out, &h.held_out, weights);
-        let changed = changes(from);
+        let changed = self.changes(from);
         // What grows with load follows errors of the motion, whatever else is there.
         let apart = |entry: &Entry| {
-            let alone = self.alone(entry).filter(|h| self.gains(h, ACCUSES));
-            let alone = alone.filter(|_| !grows_with_load(entry));
-            alone.is_some_and(|h| cosine(&changed, &changes(h)) < APART)
+            !grows_with_load(entry)
+                && self
+                    .well_alone(entry)
+                    .is_some_and(|alone| cosine(&changed, &self.changes(alone)) < APART)
         };
         let whatever = |place, entry: &Entry| place < BESIDE && apart(entry);
         let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, whatever)?

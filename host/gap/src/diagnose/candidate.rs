@@ -3,7 +3,6 @@
 //! Screening is cheap: the change that the effect makes to the rest, less what the simulator's own parameters can do as
 //! well, is laid against the rest. Only the best starts are then fitted.
 
-use super::play::springs;
 use super::regime::Node;
 use super::starts::IN_PROPORTION;
 use crate::error::InputError;
@@ -278,8 +277,6 @@ impl<'a> Background<'a> {
     /// The model with an effect added, free about a start.
     pub fn with(&self, entry: &'static Entry, start: &Start) -> Model {
         let mut model = self.model.clone();
-        // Only the load of a play is corrected, and of two loads the last one is there.
-        model.corrects &= !springs(entry);
         let place = model.effects.len();
         model.effects.push(Added {
             entry,

@@ -167,8 +167,8 @@ fn about_coupling(
 }
 
 /// A play or a coupling fitted once more, until the cost changes by less than a part of itself, with its load
-/// [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads farther; the correction leads nearer. None where it is no better, nor where it ends at what is physical: so the correction alone follows whatever is
-/// missing.
+/// [corrected](crate::inverse::Model::corrects), from where it came out open loop, which leads farther; the correction leads nearer. None where
+/// it is no better, nor where it ends at what is physical: so the correction alone follows whatever is missing.
 ///
 /// # Errors
 /// The friction model refuses the parameters.

@@ -54,8 +54,8 @@ pub(super) fn by_promise(screened: &mut [Screened]) {
     screened.sort_by(|a, b| gain(&b.1).total_cmp(&gain(&a.1)));
 }
 
-/// Fits of the `most` promising effects, and of those that are worth a fit whatever they promise, by their place, from their best starts. Where they are
-/// many, all are fitted as far as shows what they promise, and the best of them to the end.
+/// Of effects, most promising first, fits of as many as `most` that promise anything, and of those that are worth a fit whatever they promise, by their
+/// place, from their best starts. Where they are many, all are fitted as far as shows what they promise, and the best of them to the end.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -65,19 +65,15 @@ pub(super) fn fit_best(
     most: usize,
     whatever: impl Fn(usize, &Entry) -> bool,
 ) -> Result<Vec<Tried>, InputError> {
-    let promising = screened
-        .iter()
-        .take(most)
-        .filter(|(_, starts)| gain(starts) > WORTH_A_FIT);
-    let whatever = screened
+    let all: Vec<&Screened> = screened
         .iter()
         .enumerate()
         .filter(|(place, (entry, starts))| {
             let promises = *place < most && gain(starts) > WORTH_A_FIT;
-            !promises && !starts.is_empty() && whatever(*place, entry)
+            promises || !starts.is_empty() && whatever(*place, entry)
         })
-        .map(|(_, one)| one);
-    let all: Vec<&Screened> = promising.chain(whatever).collect();
+        .map(|(_, one)| one)
+        .collect();
     let effects = all.len();
     let mut all: Vec<(&'static Entry, &Start)> = all
         .into_iter()

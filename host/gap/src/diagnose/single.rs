@@ -70,14 +70,17 @@ impl Ground<'_> {
         let background = self.background(weights, fitted);
         let screened = screen(&background, entries, &|share| progress(0.65 * share));
         // What is never zero may be far off wherever it is tried, until everything else has moved with it.
-        let never_zero = |_, entry: &Entry| background.never_zero(entry);
-        let mut found = fit_best(&background, &screened, FITTED, never_zero)?;
+        let mut found = fit_best(&background, &screened, FITTED, |_, entry| {
+            background.never_zero(entry)
+        })?;
         progress(0.8);
         if let Some(believed) = self.believed(noise, weights, fitted)? {
             let background = self.background(weights, &believed);
-            let never_zero = |_, entry: &Entry| background.never_zero(entry);
             let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
-            for other in fit_best(&background, &screened, FITTED, never_zero)? {
+            let others = fit_best(&background, &screened, FITTED, |_, entry| {
+                background.never_zero(entry)
+            })?;
+            for other in others {
                 match found.iter_mut().find(|one| one.entry.id == other.entry.id) {
                     Some(one) if other.fit.cost < one.fit.cost => *one = other,
                     Some(_) => {}
