@@ -83,3 +83,39 @@ fn every_file_that_follows_is_written_and_can_be_used() {
         bristle(path, "run plan.toml --axis axis.toml --out logs");
     }
 }
+
+#[test]
+fn a_soft_coupling_is_no_play() {
+    // Of what the method leaves of a coupling of 84 Hz a play takes more, its load corrected by what the balance lacks.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let axis = "[axis]\ninertia_kg_m2 = 2e-4\ncounts_per_rev = 65536\n[friction]\nmodel = \"elasto-plastic\"\n\
+        coulomb_nm = 0.05\nstiction_nm = 0.065\nstribeck_velocity_rad_s = 0.8\nstiffness_nm_rad = 30\n\
+        damping_nm_s_rad = 0.05\nviscous_nm_s_rad = 0.002\nbreakaway_ratio = 0.7\n[observer]\nrate_hz = 1000\n";
+    let of_seconds = [
+        ("multisine", 12),
+        ("sine", 12),
+        ("ladder", 15),
+        ("moves", 15),
+    ];
+    let plan: String = of_seconds
+        .map(|(kind, seconds)| format!("[[experiment]]\nkind = \"{kind}\"\nseconds = {seconds}\n"))
+        .concat();
+    std::fs::write(path.join("axis.toml"), axis).unwrap();
+    std::fs::write(path.join("plan.toml"), plan).unwrap();
+    bristle(
+        path,
+        "run plan.toml --axis axis.toml --out logs --torque-noise-nm 5e-4 --effect \
+         mechanics.compliance:compliance_rad_nm=0.08,load_share=0.5,damping_ratio=0.05,friction_on_motor=0",
+    );
+    bristle(
+        path,
+        "diagnose --axis axis.toml logs/01-multisine.csv logs/02-sine.csv logs/03-ladder.csv logs/04-moves.csv --json d.json",
+    );
+    let text = std::fs::read_to_string(path.join("d.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        json["verdict"]["effects"],
+        serde_json::json!(["mechanics.compliance"])
+    );
+}

@@ -29,3 +29,24 @@ fn what_clears_few_moments_beside_another_effect_is_named() {
     let truth = ["friction.nonlocal", "friction.stribeck"];
     names_both(12227, truth, ["friction.dwell", "friction.load"]);
 }
+
+#[test]
+fn a_limit_of_speed_and_torque_is_found_where_it_cuts() {
+    // No level of both that lies evenly over their ranges comes near.
+    let truth = ["actuator.voltage_limit", "mechanics.spring"];
+    names_both(17274, truth, ["actuator.cogging", "friction.asymmetry"]);
+}
+
+#[test]
+fn a_stop_that_is_hit_once_is_named_beside_a_wave() {
+    // It promises less of all squares than four others, and takes all that few moments keep.
+    let truth = ["mechanics.end_stop", "mechanics.unbalance"];
+    names_both(17257, truth, ["mechanics.inertia_change", "friction.load"]);
+}
+
+#[test]
+fn of_two_forms_the_one_is_named_that_does_better_beside_another_effect() {
+    // Alone an offset does as well as the asymmetry.
+    let truth = ["friction.asymmetry", "friction.load"];
+    names_both(14858, truth, ["mechanics.offset", "mechanics.backlash"]);
+}

@@ -324,10 +324,12 @@ pub(super) fn best_pair(
             .sum::<f64>()
     };
     let enough = alone(first) + TIES_ALONE;
-    let better_alone = near(TIES.0)
-        .filter(|pair| alone(pair) > enough)
-        .max_by(|one, other| alone(one).total_cmp(&alone(other)));
     let of_all = |h: &Hypothesis| search.score_of_all(h) + h.log_occam;
+    let most = near(TIES.0).map(of_all).fold(f64::NEG_INFINITY, f64::max);
+    // Not where what lies below what is open speaks for another.
+    let better_alone = near(TIES.0)
+        .filter(|pair| alone(pair) > enough && of_all(pair) > most - ACCUSES)
+        .max_by(|one, other| alone(one).total_cmp(&alone(other)));
     let better_below = || {
         near(TIES_BUT_FOR_PRIORS)
             .filter(|pair| of_all(pair) > of_all(first) + ACCUSES)

@@ -10,6 +10,7 @@ use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
 use super::likelihood::Noise;
 use super::play::{PLAY, springs};
+use super::regime::Regime;
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::{beside, no_worse};
 use crate::error::InputError;
@@ -32,8 +33,12 @@ const RIVALS: f64 = 0.2;
 const NEXT: f64 = 0.5;
 /// Cosine between what two effects change beyond which they are one in two forms.
 const ONE_IN_TWO_FORMS: f64 = 0.9;
+/// So many of them are tried in its place at most.
+const MOST_FORMS: usize = 2;
 /// The same below which two change something else.
 const APART: f64 = 0.3;
+/// Ratio of root-mean-squares in motion to what the model leaves of its own records beyond which few moments have room for a second effect.
+const OF_OWN: f64 = 1.5;
 /// So many of them at most.
 const MOST_NEXT: usize = 2;
 
@@ -61,7 +66,10 @@ impl Pairs<'_> {
         let Some(first) = foremost(self.single, self.base) else {
             return Ok(Vec::new());
         };
-        let background = self.background(self.ground(first));
+        if of_noise(first) {
+            return Ok(self.beside_noise(first));
+        }
+        let background = self.background(first);
         let room = self.has_room(first);
         let screened = if room {
             self.screened(&background, first, entries, progress)
@@ -72,15 +80,47 @@ impl Pairs<'_> {
             rivals
         };
         let mut several = self.beside(first, &background, &screened)?;
-        if of_noise(first) {
-            return Ok(several);
-        }
-        let better = several.first().filter(|both| both.score > first.score);
-        let mut seconds: Vec<&Hypothesis> = better
-            .and_then(|both| self.alone(both.added.last()?))
-            .into_iter()
-            .collect();
         let enough = NEXT * (first.score - self.base.score);
+        let better = several.first().filter(|both| both.score > first.score);
+        let beside_first = better.and_then(|both| self.alone(both.added.last()?));
+        let Judge { noise, nodes, .. } = self.judge;
+        let left = several
+            .iter()
+            .all(|both| leaves(noise, nodes, &both.held_out, NOTHING));
+        for second in self.seconds(first, beside_first, enough) {
+            let background = self.background(second);
+            // What the second one needs beside it may do nothing beside the first.
+            let screened = if room && left {
+                self.screened(&background, second, entries, &|_| ())
+            } else {
+                let enough = RIVALS * (first.score - self.base.score);
+                self.rivals(&background, enough, second)
+            };
+            several.extend(self.beside(second, &background, &screened)?);
+        }
+        sort(&mut several);
+        let others = match several.first() {
+            Some(best)
+                if leaves(noise, nodes, &best.held_out, NOTHING)
+                    || leaves_moments(noise, nodes, &best.held_out) =>
+            {
+                self.in_other_forms(best, enough)?
+            }
+            _ => Vec::new(),
+        };
+        several.extend(others);
+        sort(&mut several);
+        Ok(several)
+    }
+
+    /// What pairs are looked for beside, in the place of `first`: what does best beside it, and those that gain `enough` alone and change something else.
+    fn seconds<'a>(
+        &'a self,
+        first: &Hypothesis,
+        beside_first: Option<&'a Hypothesis>,
+        enough: f64,
+    ) -> Vec<&'a Hypothesis> {
+        let mut seconds: Vec<&Hypothesis> = beside_first.into_iter().collect();
         let mut apart = vec![self.changes(first)];
         for next in self.single {
             if apart.len() > MOST_NEXT {
@@ -99,23 +139,39 @@ impl Pairs<'_> {
                 seconds.push(next);
             }
         }
-        let Judge { noise, nodes, .. } = self.judge;
-        let left = several
-            .iter()
-            .all(|both| leaves(noise, nodes, &both.held_out, NOTHING));
-        for second in seconds {
-            let background = self.background(second);
-            // What the second one needs beside it may do nothing beside the first.
-            let screened = if room && left {
-                self.screened(&background, second, entries, &|_| ())
-            } else {
-                let enough = RIVALS * (first.score - self.base.score);
-                self.rivals(&background, enough, second)
+        seconds
+    }
+
+    /// A pair with what gains `enough` alone and changes the same in the place of one of its effects.
+    fn in_other_forms(
+        &self,
+        pair: &Hypothesis,
+        enough: f64,
+    ) -> Result<Vec<Hypothesis>, InputError> {
+        let mut found = Vec::new();
+        for (of, kept) in [(0, 1), (1, 0)].map(|(of, kept)| (pair.added[of], pair.added[kept])) {
+            let (Some(alone), Some(values)) = (self.alone(of), values_in(pair, kept)) else {
+                continue;
             };
-            several.extend(self.beside(second, &background, &screened)?);
+            // A play is tried about a coupling by itself, and corrected follows what a coupling does not.
+            if springs(of) {
+                continue;
+            }
+            let changed = self.changes(alone);
+            let in_its_place = |one: &&Hypothesis| {
+                one.score - self.base.score > enough
+                    && !of_noise(one)
+                    && !pair.ids().contains(&one.added[0].id)
+                    && goes_beside(kept, one)
+                    && cosine(&changed, &self.changes(one)) > ONE_IN_TWO_FORMS
+            };
+            for other in self.single.iter().filter(in_its_place).take(MOST_FORMS) {
+                let background = self.background(other);
+                let start = background.as_it_came_out(kept, values.clone());
+                found.extend(self.beside(other, &background, &[(kept, vec![start])])?);
+            }
         }
-        sort(&mut several);
-        Ok(several)
+        Ok(found)
     }
 
     /// Whether all effects are asked for beside `first`: it leaves room. What it leaves in few moments alone, or evenly, counts where it is more than
@@ -141,7 +197,7 @@ impl Pairs<'_> {
             if room {
                 leaves_room(&noise, nodes, rest)
             } else {
-                leaves_moments(&noise, nodes, rest)
+                noise.rms_times_open(nodes, rest, &Regime::MOVING) > OF_OWN
             }
         }
     }
@@ -284,19 +340,26 @@ impl Pairs<'_> {
         )
     }
 
-    /// What the model of a hypothesis is: noise leaves it as it is.
-    fn ground<'a>(&'a self, from: &'a Hypothesis) -> &'a Hypothesis {
-        if of_noise(from) { self.base } else { from }
+    /// Each effect beside noise, which leaves the simulator as it is: as it came out alone.
+    fn beside_noise(&self, noise: &Hypothesis) -> Vec<Hypothesis> {
+        let alone = self.single.iter().filter(|one| !of_noise(one)).cloned();
+        let both = |mut one: Hypothesis| {
+            one.added.insert(0, noise.added[0]);
+            one.beside_noise(noise, self.base)
+        };
+        let mut several: Vec<Hypothesis> = alone.map(both).collect();
+        sort(&mut several);
+        several
     }
 
-    fn background<'a>(&'a self, ground: &'a Hypothesis) -> Background<'a> {
+    fn background<'a>(&'a self, from: &'a Hypothesis) -> Background<'a> {
         Background::new(
-            &ground.model,
+            &from.model,
             self.judge.records,
             self.judge.nodes,
             self.scale,
             self.judge.weights,
-            &ground.fit,
+            &from.fit,
         )
     }
 
@@ -321,8 +384,12 @@ impl Pairs<'_> {
         background: &Background<'_>,
         screened: &[Screened],
     ) -> Result<Vec<Hypothesis>, InputError> {
-        let (records, weights) = (self.judge.records, self.judge.weights);
-        let ground = self.ground(from);
+        let &Judge {
+            records,
+            nodes,
+            weights,
+            noise,
+        } = self.judge;
         let changed = self.changes(from);
         // What grows with load follows errors of the motion, whatever else is there.
         let apart = |entry: &Entry| {
@@ -331,20 +398,19 @@ impl Pairs<'_> {
                     .well_alone(entry)
                     .is_some_and(|alone| cosine(&changed, &self.changes(alone)) < APART)
         };
-        let whatever = |place, entry: &Entry| place < BESIDE && apart(entry);
+        // What acts in few moments promises little of all squares.
+        let moments = leaves_moments(noise, nodes, &from.held_out);
+        let whatever = |place, entry: &Entry| {
+            place < BESIDE && apart(entry) || moments && entry.acts_in_moments()
+        };
         let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, whatever)?
             .into_iter()
             .map(|Tried { entry, model, fit }| {
                 let mut added = from.added.clone();
                 added.push(entry);
                 let fit = fit_at(&model, records, weights, fit.at)?;
-                let fit = no_worse(&model, fit, &ground.fit, records, weights)?;
-                let both = self.judge.hypothesis(added, model, fit);
-                Ok(if of_noise(from) {
-                    both.beside_noise(from, self.base)
-                } else {
-                    both
-                })
+                let fit = no_worse(&model, fit, &from.fit, records, weights)?;
+                Ok(self.judge.hypothesis(added, model, fit))
             })
             .collect::<Result<_, InputError>>()?;
         sort(&mut found);

@@ -138,7 +138,7 @@ pub(super) fn fitted_ones(catalogue: &[&'static Entry]) -> impl Iterator<Item = 
 }
 
 /// Whether an effect's torque can be predicted.
-pub(super) fn is_predicted(entry: &Entry) -> bool {
+pub(crate) fn is_predicted(entry: &Entry) -> bool {
     !NOISE_ONLY.contains(&entry.id)
 }
 

@@ -3,15 +3,18 @@
 
 use super::accuse::ACCUSES;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::log_belief;
+use super::hypothesis::{Hypothesis, Judge, is_predicted, log_belief};
+use super::likelihood::Noise;
 use super::own::Own;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
 use super::screen::{Tried, fit_best, screen};
 use super::single::Ground;
+use super::tried::Search;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
 use bristle_plant::effect::{Entry, Kind, Scale};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// So many of the best effects are looked at again.
 const LOOKED_AT: usize = 4;
@@ -46,17 +49,20 @@ pub(super) fn look_again(
     order.truncate(LOOKED_AT);
     let again = Again {
         ground,
-        round: &first,
+        own: &first.own,
+        noise: &first.noise,
+        weights: &first.weights,
     };
     let looked_at: Vec<&'static Entry> = order.iter().map(|&at| first.tried[at].entry).collect();
-    let anew = again.anew(&looked_at)?;
+    let anew = again.anew(&looked_at, &first.fitted)?;
     let mut best: Option<(f64, usize, Model, Fit)> = None;
     for &at in &order {
         let tried = &first.tried[at];
         let better = anew
             .iter()
             .find(|one| one.entry.id == tried.entry.id && one.fit.cost < tried.fit.cost);
-        let (model, fit) = again.at(better.unwrap_or(tried))?;
+        let Tried { model, fit, .. } = better.unwrap_or(tried);
+        let (model, fit) = again.at(model, fit)?;
         let score = score(&model, &fit);
         if best.as_ref().is_none_or(|best| best.0 < score) {
             best = Some((score, at, model, fit));
@@ -86,38 +92,75 @@ pub(super) fn look_again(
     }))
 }
 
+/// The best pair looked at again, where one of it acts in moments and it does better, by as much as accuses, than it did.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn pair_again(
+    ground: &Ground<'_>,
+    search: &Search,
+) -> Result<Option<Hypothesis>, InputError> {
+    let (records, nodes) = (ground.records, ground.nodes);
+    let is_fitted = |pair: &&Hypothesis| {
+        pair.added.iter().all(|entry| is_predicted(entry)) && pair.is_credible(&search.base)
+    };
+    let Some(pair) = search
+        .several
+        .iter()
+        .find(is_fitted)
+        .filter(|pair| pair.added.iter().any(|entry| entry.acts_in_moments()))
+    else {
+        return Ok(None);
+    };
+    let again = Again {
+        ground,
+        own: &search.own,
+        noise: &search.noise,
+        weights: &search.weights,
+    };
+    let fit = fit_at(&pair.model, records, &search.weights, pair.fit.at.clone())?;
+    let (model, fit) = again.at(&pair.model, &fit)?;
+    let judge = Judge {
+        records,
+        nodes,
+        weights: &search.weights,
+        noise: &search.noise,
+    };
+    let found = judge.hypothesis(pair.added.clone(), model, fit);
+    Ok((found.score > pair.score + ACCUSES).then_some(found))
+}
+
 struct Again<'a> {
     ground: &'a Ground<'a>,
-    round: &'a Round,
+    own: &'a Own,
+    noise: &'a Noise,
+    weights: &'a [f64],
 }
 
 impl Again<'_> {
     fn density(&self, fit: &Fit) -> f64 {
         let nodes = self.ground.nodes;
-        self.round.noise.log_density(nodes, &fit.left_over)
+        self.noise.log_density(nodes, &fit.left_over)
     }
 
     /// Effects from the starts that promise most with these weights: by those of the first search a wave of another order did.
-    fn anew(&self, entries: &[&'static Entry]) -> Result<Vec<Tried>, InputError> {
-        let Round {
-            weights, fitted, ..
-        } = self.round;
-        let background = self.ground.background(weights, fitted);
+    fn anew(&self, entries: &[&'static Entry], fitted: &Fit) -> Result<Vec<Tried>, InputError> {
+        let background = self.ground.background(self.weights, fitted);
         let screened = screen(&background, entries, &|_| ());
         fit_best(&background, &screened, entries.len(), |_, _| false)
     }
 
-    /// An effect looked at again.
-    fn at(&self, tried: &Tried) -> Result<(Model, Fit), InputError> {
+    /// A fit looked at again.
+    fn at(&self, model: &Model, fit: &Fit) -> Result<(Model, Fit), InputError> {
         let mut best = Weighed {
-            model: tried.model.clone(),
-            fit: tried.fit.clone(),
-            weights: self.round.weights.clone(),
+            model: model.clone(),
+            fit: fit.clone(),
+            weights: self.weights.to_vec(),
         };
         let settling = Settling {
             ground: self.ground,
-            own: &self.round.own,
-            compared: &self.round.noise,
+            own: self.own,
+            compared: self.noise,
             most: LOOKS,
             least_gain: 0.0,
         };
@@ -144,7 +187,8 @@ impl Again<'_> {
         let of_simulator = self.ground.model.free.len();
         let known = self.ground.jacobian(model, fit, weights, weights)?;
         let known = known.columns(0, of_simulator).into_owned();
-        let near = near(model, fit).into_par_iter().filter_map(|at| {
+        let tried = self.ground.model.effects.len()..model.effects.len();
+        let near = near(model, fit, tried).into_par_iter().filter_map(|at| {
             let fit = fit_near(model, records, weights, at, &known).ok()?;
             Some((model.clone(), fit))
         });
@@ -166,12 +210,16 @@ impl Again<'_> {
     }
 }
 
-/// Points off a fit, by one parameter of the effect each, or by both of two.
-fn near(model: &Model, fit: &Fit) -> Vec<Vec<f64>> {
-    let of_effect = |(_, free): &(usize, &Free)| {
-        matches!(free.owner, Owner::Effect(effect, parameter)
-            if effect + 1 == model.effects.len()
-                && model.effects[effect].entry.parameters[parameter].kind != Kind::Phase)
+/// Points off a fit, by one parameter each of the effects that are tried, or by both of one of two; of several effects by those that act in moments.
+fn near(model: &Model, fit: &Fit, tried: Range<usize>) -> Vec<Vec<f64>> {
+    let alone = tried.len() == 1;
+    let of_effect = |place: usize| -> Vec<(usize, &Free)> {
+        let parameters = model.effects[place].entry.parameters;
+        let moves = |(_, free): &(usize, &Free)| {
+            matches!(free.owner, Owner::Effect(owner, parameter)
+                if owner == place && parameters[parameter].kind != Kind::Phase)
+        };
+        model.free.iter().enumerate().filter(moves).collect()
     };
     let off = |(i, free): (usize, &Free)| {
         let value = free.value(fit.at[i]);
@@ -185,18 +233,21 @@ fn near(model: &Model, fit: &Fit) -> Vec<Vec<f64>> {
             at
         })
     };
-    let places: Vec<(usize, &Free)> = model.free.iter().enumerate().filter(of_effect).collect();
-    let mut points: Vec<Vec<f64>> = places.iter().copied().flat_map(off).collect();
-    // Two that make up for each other, as the width of a dead zone and its jump, go together.
-    if let [first, second] = places[..] {
-        let together = off(first)
-            .into_iter()
-            .zip(off(second))
-            .map(|(mut at, other)| {
-                at[second.0] = other[second.0];
-                at
-            });
-        points.extend(together);
+    let mut points = Vec::new();
+    let stops_short = |place: &usize| alone || model.effects[*place].entry.acts_in_moments();
+    for places in tried.filter(stops_short).map(of_effect) {
+        points.extend(places.iter().copied().flat_map(off));
+        // Two that make up for each other, as the width of a dead zone and its jump, go together.
+        if let [first, second] = places[..] {
+            let together = off(first)
+                .into_iter()
+                .zip(off(second))
+                .map(|(mut at, other)| {
+                    at[second.0] = other[second.0];
+                    at
+                });
+            points.extend(together);
+        }
     }
     points
 }

@@ -5,8 +5,8 @@ use super::accuse::{
     bristles_beside, foremost, gain_below_open, leaves,
 };
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise};
-use super::look_again::look_again;
+use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, sort};
+use super::look_again::{look_again, pair_again};
 use super::null::nulls;
 use super::own::Own;
 use super::refitted::Refitted;
@@ -128,6 +128,18 @@ pub fn search(
         && let Some(second) = look_again(&ground, first, &own_as_given)?
     {
         let second = judged(&second, 0.9, 0.95)?;
+        let verdict = verdict(&second);
+        if explains(&second, &verdict) {
+            (search, concluded) = (second, verdict);
+        }
+    }
+    if concluded.kind == Kind::Unknown
+        && let Some(pair) = pair_again(&ground, &search)?
+    {
+        let mut second = search.clone();
+        second.several.push(pair);
+        sort(&mut second.several);
+        second.nulls = nulls(&second, &accusable(&second)).unwrap_or_default();
         let verdict = verdict(&second);
         if explains(&second, &verdict) {
             (search, concluded) = (second, verdict);

@@ -14,9 +14,7 @@ use rayon::prelude::*;
 pub(super) const SIZES: usize = 4;
 /// A shape at so many.
 pub(super) const SHAPES: usize = 3;
-/// Each of two limits at so many: they show only where they cut.
-const LIMITS: usize = 8;
-/// A single one, from the least that is physical on: where it cuts a controller asks for ever more.
+/// A limit at so many, from the least that is physical on: where it cuts a controller asks for ever more.
 const LEVELS_OF_LIMIT: usize = 14;
 /// And so close to the greatest effort, as parts of it: of one that cuts a few peaks alone a level further down would cut far more.
 const LEVELS_AT_PEAKS: [f64; 5] = [0.88, 0.91, 0.94, 0.965, 0.985];
@@ -121,10 +119,14 @@ impl Background<'_> {
         })
     }
 
-    /// Values over the usual range: one size at a time, every combination of a few shapes; of a coupling its own.
+    /// Values over the usual range: one size at a time, every combination of a few shapes; of a coupling and of two limits
+    /// their own.
     fn grid(&self, entry: &'static Entry) -> Vec<Vec<f64>> {
         if entry.id == COUPLING {
             return couplings(entry, self.scale);
+        }
+        if let Some(limits) = self.two_limits(entry) {
+            return limits;
         }
         let parameters = entry.parameters;
         let range = |i: usize| (parameters[i].range)(self.scale);
@@ -169,7 +171,6 @@ impl Background<'_> {
             let [low, high] = range(shape);
             let tried: Vec<f64> = match parameters[shape].kind {
                 Kind::Side => vec![low, high],
-                Kind::Limit if of(Kind::Limit).count() > 1 => levels([low, high], LIMITS).collect(),
                 Kind::Limit => levels([hard_range([low, high])[0], high], LEVELS_OF_LIMIT)
                     .chain(LEVELS_AT_PEAKS.map(|part| part * high))
                     .collect(),

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// Moments from which something may be different for good.
 const STARTS_OF_CHANGE: usize = 16;
 /// A stop lies inside the travel by these parts of it: what it gives way by.
-const INSIDE: [f64; 3] = [0.002, 0.015, 0.06];
+const INSIDE: [f64; 4] = [0.0004, 0.002, 0.015, 0.06];
 /// Times that the distance from one that was tried is halved: to some 10 ms in a record of 20 s.
 const HALVINGS: usize = 6;
 /// Moments or places of a sudden change that are tried, so many nodes apart.

@@ -11,6 +11,7 @@ use bristle_plant::effect::{Entry, Scale};
 use std::sync::Arc;
 
 /// All that was tried.
+#[derive(Clone)]
 pub struct Search {
     /// The prepared logs.
     pub records: Arc<[Record]>,

@@ -4,7 +4,7 @@
 
 use super::Seen;
 use crate::believed::Believed;
-use crate::diagnose::{Background, DOUBT};
+use crate::diagnose::{Background, DOUBT, Start};
 use crate::error::InputError;
 use crate::inverse::{DELAYS, Model, fit, fit_alone, fit_at, scale};
 use bristle_plant::effect::Entry;
@@ -36,14 +36,7 @@ pub(super) fn alike(
         ..
     } = seen;
     let model = Model::base(without, records, DOUBT)?;
-    let with = Model::base(with, records, DOUBT)?;
-    let rest = fit_alone(&with, records, weights, with.start())?.left_over;
-    let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
-    let apart = |left_over: &[f64]| {
-        let beyond = left_over.iter().zip(&rest).zip(weights);
-        let squares: f64 = beyond.map(|((a, b), w)| ((a - b) * w).powi(2)).sum();
-        (squares / counted).sqrt()
-    };
+    let rest = left_over(with, seen)?;
     let scale = scale(without, records);
     let as_believed = fit_at(&model, records, weights, model.start())?;
     let refitted = fit(&model, records, weights, model.start())?;
@@ -55,9 +48,59 @@ pub(super) fn alike(
             continue;
         };
         let fitted = fit(&model, records, weights, near.at)?;
-        if apart(&fitted.left_over) < BELOW_FLOOR {
+        if apart(&fitted.left_over, &rest, weights) < BELOW_FLOOR {
             return Ok(true);
         }
     }
     Ok(false)
+}
+
+/// Whether an effect shows beside `other`, which is there, too, with these values: an axis with that one alone leaves at least half the floor of what
+/// both leave, whatever its parameters. A limit of which another one lets nothing through shows nowhere, and two delays are one.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn shows_beside(
+    other: &'static Entry,
+    values: Vec<f64>,
+    with: &Believed,
+    seen: &Seen,
+) -> Result<bool, InputError> {
+    let Seen {
+        believed,
+        records,
+        nodes,
+        weights,
+        ..
+    } = seen;
+    let model = Model::base(believed, records, DOUBT)?;
+    let scale = scale(believed, records);
+    let from = fit_at(&model, records, weights, model.start())?;
+    let background = Background::new(&model, records, nodes, &scale, weights, &from);
+    let start = Start {
+        values,
+        phases: Vec::new(),
+        gain: 0.0,
+        guessed: false,
+    };
+    let Some((model, near)) = background.try_effect(other, &[start])? else {
+        return Ok(true);
+    };
+    let alone = fit(&model, records, weights, near.at)?.left_over;
+    Ok(apart(&alone, &left_over(with, seen)?, weights) >= BELOW_FLOOR)
+}
+
+/// What an axis leaves over with its own parameters fitted, N m.
+fn left_over(axis: &Believed, seen: &Seen) -> Result<Vec<f64>, InputError> {
+    let model = Model::base(axis, &seen.records, DOUBT)?;
+    let fitted = fit_alone(&model, &seen.records, &seen.weights, model.start())?;
+    Ok(fitted.left_over)
+}
+
+/// Root-mean-square of how far two rests are apart where they count.
+fn apart(one: &[f64], other: &[f64], weights: &[f64]) -> f64 {
+    let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
+    let beyond = one.iter().zip(other).zip(weights);
+    let squares: f64 = beyond.map(|((a, b), w)| ((a - b) * w).powi(2)).sum();
+    (squares / counted).sqrt()
 }

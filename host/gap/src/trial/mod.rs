@@ -16,7 +16,7 @@ pub use plant::Plant;
 
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
-use crate::diagnose::{DOUBT, Node, Regime, nodes};
+use crate::diagnose::{DOUBT, Node, Regime, is_predicted, nodes};
 use crate::error::InputError;
 use crate::hygiene::{Finding, Severity, inspect};
 use crate::inverse::{Model, Record, fit_alone, scale};
@@ -134,6 +134,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         let mut truth = plant.axis.clone();
         let mut gap_nm = 0.0;
         let mut told = None;
+        let mut values = Vec::new();
         let mut met = true;
         for entry in &entries {
             let scale = scale(&clean.believed, &clean.records);
@@ -143,6 +144,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
                 break;
             };
             truth.effects.push(draft.at(level));
+            values.push(draft.values(level));
         }
         if !met {
             continue;
@@ -153,14 +155,21 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             };
             logs = with;
             gap_nm = rms_beside(rms(seen.left_over_nm.iter().copied()), floor_nm);
+            let with = Believed::new(&truth, &path)?;
             let without = |place: usize| {
                 let mut without = truth.clone();
                 without.effects.remove(place);
                 Believed::new(&without, &path)
             };
+            let without = (0..entries.len())
+                .map(without)
+                .collect::<Result<Vec<_>, _>>()?;
+            if !all_show(&entries, &values, &with, &seen)? {
+                continue;
+            }
             told = Some(Told {
-                with: Believed::new(&truth, &path)?,
-                without: (0..entries.len()).map(without).collect::<Result<_, _>>()?,
+                with,
+                without,
                 seen,
             });
         }
@@ -178,6 +187,23 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         }));
     }
     Ok(None)
+}
+
+/// Whether each of two effects of these values shows beside the other, where torque tells of it: noise is no part of the rest.
+fn all_show(
+    entries: &[&'static Entry],
+    values: &[Vec<f64>],
+    with: &Believed,
+    seen: &Seen,
+) -> Result<bool, InputError> {
+    let [one, other] = *entries else {
+        return Ok(true);
+    };
+    if !is_predicted(one) || !is_predicted(other) {
+        return Ok(true);
+    }
+    Ok(alike::shows_beside(other, values[1].clone(), with, seen)?
+        && alike::shows_beside(one, values[0].clone(), with, seen)?)
 }
 
 fn needs(dice: &mut Dice, effects: &[&str]) -> Needs {
