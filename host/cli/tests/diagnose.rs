@@ -18,6 +18,11 @@ fn bristle(folder: &Path, words: &str) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
+fn read_json(folder: &Path, file: &str) -> serde_json::Value {
+    let text = std::fs::read_to_string(folder.join(file)).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
 #[test]
 fn every_file_that_follows_is_written_and_can_be_used() {
     let folder = tempfile::tempdir().unwrap();
@@ -33,8 +38,7 @@ fn every_file_that_follows_is_written_and_can_be_used() {
         "diagnose --axis axis.toml log.csv --json d.json --report d.html --apply applied.toml --plan-out plan.toml \
          --feed-forward table.toml",
     );
-    let text = std::fs::read_to_string(path.join("d.json")).unwrap();
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let json = read_json(path, "d.json");
     let views: Vec<&str> = json["reproduced"]
         .as_array()
         .unwrap()
@@ -112,8 +116,7 @@ fn a_soft_coupling_is_no_play() {
         path,
         "diagnose --axis axis.toml logs/01-multisine.csv logs/02-sine.csv logs/03-ladder.csv logs/04-moves.csv --json d.json",
     );
-    let text = std::fs::read_to_string(path.join("d.json")).unwrap();
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let json = read_json(path, "d.json");
     assert_eq!(
         json["verdict"]["effects"],
         serde_json::json!(["mechanics.compliance"])

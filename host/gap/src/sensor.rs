@@ -401,7 +401,7 @@ mod tests {
         // Alternates from sample to sample by as much as jitter would move it.
         let alternates: Vec<f64> = (0..20_000)
             .map(|k| (k, if k % 2 == 0 { 1e-4 } else { -1e-4 }))
-            .map(|(k, late)| position(k) + late * 6e0 * (0.002 * k as f64).cos())
+            .map(|(k, late)| position(k) + 6.0 * late * (0.002 * k as f64).cos())
             .collect();
         assert_eq!(shown(&alternates, 1e-3, 1e-6).jitter_s, 0.0);
         // A record that hardly moves shows nothing of it, and leaves room for more.

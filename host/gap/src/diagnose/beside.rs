@@ -7,7 +7,9 @@ use super::accuse::{
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
 use super::fitted_noise::left_once_fitted;
-use super::hypothesis::{Hypothesis, Judge, change, cosine, is_predicted, of_noise, sort};
+use super::hypothesis::{
+    Hypothesis, Judge, change, cosine, is_predicted, is_without_noise, of_noise, sort,
+};
 use super::likelihood::Noise;
 use super::play::{PLAY, springs};
 use super::regime::Regime;
@@ -31,16 +33,16 @@ const RIVALS: f64 = 0.2;
 /// The same of one that the first is tried without, beside whatever else does well alone: of two effects a third one may
 /// do better alone than either, and what the second has moved of the simulator's own parameters the first does not know.
 const NEXT: f64 = 0.5;
-/// Cosine between what two effects change beyond which they are one in two forms.
-const ONE_IN_TWO_FORMS: f64 = 0.9;
-/// So many of them are tried in its place at most.
-const MOST_FORMS: usize = 2;
-/// The same below which two change something else.
-const APART: f64 = 0.3;
-/// Ratio of root-mean-squares in motion to what the model leaves of its own records beyond which few moments have room for a second effect.
-const OF_OWN: f64 = 1.5;
 /// So many of them at most.
 const MOST_NEXT: usize = 2;
+/// Cosine between what two effects change beyond which they are one in two forms.
+const ONE_IN_TWO_FORMS: f64 = 0.9;
+/// The same below which two change something else.
+const APART: f64 = 0.3;
+/// So many are tried at most in the place of one that changes the same.
+const MOST_FORMS: usize = 2;
+/// Ratio of root-mean-squares in motion to what the model leaves of its own records beyond which few moments have room for a second effect.
+const OF_OWN: f64 = 1.5;
 
 /// What pairs are made of.
 pub(super) struct Pairs<'a> {
@@ -99,17 +101,13 @@ impl Pairs<'_> {
             several.extend(self.beside(second, &background, &screened)?);
         }
         sort(&mut several);
-        let others = match several.first() {
-            Some(best)
-                if leaves(noise, nodes, &best.held_out, NOTHING)
-                    || leaves_moments(noise, nodes, &best.held_out) =>
-            {
-                self.in_other_forms(best, enough)?
-            }
-            _ => Vec::new(),
-        };
-        several.extend(others);
-        sort(&mut several);
+        if let Some(best) = several.first()
+            && (leaves(noise, nodes, &best.held_out, NOTHING)
+                || leaves_moments(noise, nodes, &best.held_out))
+        {
+            several.extend(self.in_other_forms(best, enough)?);
+            sort(&mut several);
+        }
         Ok(several)
     }
 
@@ -126,7 +124,7 @@ impl Pairs<'_> {
             if apart.len() > MOST_NEXT {
                 break;
             }
-            if next.score - self.base.score <= enough || of_noise(next) {
+            if !self.explains(next, enough) {
                 continue;
             }
             let changed = self.changes(next);
@@ -149,18 +147,18 @@ impl Pairs<'_> {
         enough: f64,
     ) -> Result<Vec<Hypothesis>, InputError> {
         let mut found = Vec::new();
-        for (of, kept) in [(0, 1), (1, 0)].map(|(of, kept)| (pair.added[of], pair.added[kept])) {
+        let [one, other] = pair.added[..] else {
+            return Ok(found);
+        };
+        // A play is tried about a coupling by itself, and corrected follows what a coupling does not.
+        let replaced = [(one, other), (other, one)];
+        for (of, kept) in replaced.into_iter().filter(|(of, _)| !springs(of)) {
             let (Some(alone), Some(values)) = (self.alone(of), values_in(pair, kept)) else {
                 continue;
             };
-            // A play is tried about a coupling by itself, and corrected follows what a coupling does not.
-            if springs(of) {
-                continue;
-            }
             let changed = self.changes(alone);
             let in_its_place = |one: &&Hypothesis| {
-                one.score - self.base.score > enough
-                    && !of_noise(one)
+                self.explains(one, enough)
                     && !pair.ids().contains(&one.added[0].id)
                     && goes_beside(kept, one)
                     && cosine(&changed, &self.changes(one)) > ONE_IN_TWO_FORMS
@@ -209,7 +207,6 @@ impl Pairs<'_> {
     /// The friction model refuses the parameters.
     pub(super) fn refit_from_best(&self, sorted: &mut [Hypothesis]) -> Result<(), InputError> {
         let (records, weights) = (self.judge.records, self.judge.weights);
-        let predicted = |one: &Hypothesis| one.added.iter().all(|entry| is_predicted(entry));
         let [best, others @ ..] = sorted else {
             return Ok(());
         };
@@ -217,7 +214,7 @@ impl Pairs<'_> {
         let most = others.len().min(REFITTED);
         others[..most]
             .par_iter_mut()
-            .filter(|one| predicted(one))
+            .filter(|one| is_without_noise(one))
             .try_for_each(|one| {
                 let from = beside(&one.fit, own.to_vec());
                 let fit = fit(&one.model, records, weights, from)?;
@@ -324,6 +321,11 @@ impl Pairs<'_> {
 
     fn alone(&self, entry: &Entry) -> Option<&Hypothesis> {
         self.single.iter().find(|h| h.added[0].id == entry.id)
+    }
+
+    /// Whether it is an effect that gains so much alone above what is open.
+    fn explains(&self, alone: &Hypothesis, enough: f64) -> bool {
+        alone.score - self.base.score > enough && !of_noise(alone)
     }
 
     /// An effect that does well alone.

@@ -48,7 +48,7 @@ pub struct Start {
 
 impl Start {
     /// At these values, whatever they promise.
-    pub(super) fn at(values: Vec<f64>) -> Self {
+    pub(crate) fn at(values: Vec<f64>) -> Self {
         Self {
             values,
             phases: Vec::new(),

@@ -283,8 +283,7 @@ impl Variables {
         let position = over(&|node| node.position_rad(records));
         let velocity = over(&|node| node.velocity_rad_s(records));
         let acceleration = over(&|node| node.acceleration_rad_s2(records));
-        let effort =
-            over(&|node| records[node.record].stretches[node.stretch].effort_nm[node.sample]);
+        let effort = over(&|node| node.effort_nm(records));
         let time = over(&|node| node.time_s(records));
         let since = turned_s
             .iter()

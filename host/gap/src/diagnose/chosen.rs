@@ -8,7 +8,7 @@ use super::accuse::{
     follows_acceleration, leaves,
 };
 use super::ceiling;
-use super::hypothesis::{Hypothesis, is_predicted, makes_steps, of_noise};
+use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
 use super::left::Left;
 use super::moved::Moved;
 use super::play::springs;
@@ -209,14 +209,13 @@ impl<'a> Chosen<'a> {
                 && self.explained < ALL_BUT_TELLS
                 && ceiling::depends_in_sliding(self.search, &self.best.held_out, DEPENDS)
         };
-        // What noise of the sensor leaves is noise.
-        let beside_noise = self.best.added.iter().any(|entry| !is_predicted(entry));
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
         let fills = alone && left.fills_a_regime();
         let mut added = self.best.added.iter();
         let follows =
             self.explained < FOLLOWS_LOAD && added.any(|entry| entry.id == GROWS_WITH_LOAD);
-        !beside_noise && (stands || fills || follows || depends())
+        // What noise of the sensor leaves is noise.
+        is_without_noise(self.best) && (stands || fills || follows || depends())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own, or stand for what is no wave.

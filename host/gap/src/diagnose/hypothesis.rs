@@ -147,6 +147,11 @@ pub(super) fn makes_steps(entry: &Entry) -> bool {
     entry.parameters.iter().any(|p| p.kind.is_of_step())
 }
 
+/// Whether no noise was added: a fit says all of it.
+pub(super) fn is_without_noise(hypothesis: &Hypothesis) -> bool {
+    hypothesis.added.iter().all(|entry| is_predicted(entry))
+}
+
 /// Whether nothing but noise was added.
 pub(super) fn of_noise(hypothesis: &Hypothesis) -> bool {
     hypothesis.added.iter().all(|entry| !is_predicted(entry))

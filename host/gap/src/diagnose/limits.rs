@@ -21,12 +21,13 @@ impl Background<'_> {
         let (first, second) = (limits.next()?, limits.next()?);
         let range = |place: usize| (entry.parameters[place].range)(self.scale);
         let at_first = |at: f64| {
-            let mut values = entry.defaults();
-            values[first] = at;
+            let with = move |other: f64| {
+                let mut values = entry.defaults();
+                (values[first], values[second]) = (at, other);
+                values
+            };
             let passes = |now: &Instant, at: f64| {
-                let mut values = values.clone();
-                values[second] = at;
-                (entry.build)(&values, self.scale.unit).actuator(now) == now.torque_nm
+                (entry.build)(&with(at), self.scale.unit).actuator(now) == now.torque_nm
             };
             let mut from: Vec<f64> = self
                 .instants()
@@ -49,26 +50,22 @@ impl Background<'_> {
                 .filter_map(|part| from.get((part * from.len() as f64) as usize).copied())
                 .collect();
             cut.dedup();
-            cut.into_iter().map(move |at| (values.clone(), at))
+            cut.into_iter().map(with)
         };
         let all = levels(range(first), LEVELS).flat_map(at_first);
-        let all = all.map(|(mut values, at)| {
-            values[second] = at;
-            values
-        });
         Some(all.collect())
     }
 
     /// The motion and effort at each node.
     fn instants(&self) -> impl Iterator<Item = Instant> {
         self.nodes.iter().map(|node| {
-            let stretch = &self.records[node.record].stretches[node.stretch];
+            let motion = Motion {
+                velocity_rad_s: node.velocity_rad_s(self.records),
+                ..Motion::default()
+            };
             Instant {
-                motion: Motion {
-                    velocity_rad_s: stretch.velocity_rad_s[node.sample],
-                    ..Motion::default()
-                },
-                torque_nm: stretch.effort_nm[node.sample],
+                motion,
+                torque_nm: node.effort_nm(self.records),
                 ..Instant::default()
             }
         })

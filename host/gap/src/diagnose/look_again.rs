@@ -3,7 +3,7 @@
 
 use super::accuse::ACCUSES;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, is_predicted, log_belief};
+use super::hypothesis::{Hypothesis, Judge, is_without_noise, log_belief};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
@@ -101,9 +101,7 @@ pub(super) fn pair_again(
     search: &Search,
 ) -> Result<Option<Hypothesis>, InputError> {
     let (records, nodes) = (ground.records, ground.nodes);
-    let is_fitted = |pair: &&Hypothesis| {
-        pair.added.iter().all(|entry| is_predicted(entry)) && pair.is_credible(&search.base)
-    };
+    let is_fitted = |pair: &&Hypothesis| is_without_noise(pair) && pair.is_credible(&search.base);
     let Some(pair) = search
         .several
         .iter()

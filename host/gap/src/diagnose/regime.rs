@@ -57,6 +57,11 @@ impl Node {
         records[self.record].stretches[self.stretch].velocity_rad_s[self.sample]
     }
 
+    /// Effort of the sample at its middle, N m.
+    pub fn effort_nm(&self, records: &[Record]) -> f64 {
+        records[self.record].stretches[self.stretch].effort_nm[self.sample]
+    }
+
     /// Acceleration at its middle, rad/s^2: no node lies at an end of its stretch.
     pub fn acceleration_rad_s2(&self, records: &[Record]) -> f64 {
         let record = &records[self.record];

@@ -4,7 +4,7 @@ use super::accuse::{ACCUSES, NOTHING, leaves};
 use super::beside::Pairs;
 use super::bristles::fit_bristles;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_predicted, log_belief, sort};
+use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief, sort};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::screen::Tried;
@@ -155,10 +155,9 @@ impl Round {
             least_gain: 0.0,
         };
         let something = |one: &Hypothesis| leaves(compared, nodes, &one.held_out, NOTHING);
-        let predicted = |one: &Hypothesis| one.added.iter().all(|entry| is_predicted(entry));
         let most = best.len().min(SETTLED);
         best[..most].par_iter_mut().try_for_each(|one| {
-            if !something(one) || !predicted(one) {
+            if !something(one) || !is_without_noise(one) {
                 return Ok(());
             }
             let found = Weighed {

@@ -126,12 +126,9 @@ pub fn search(
     let mut concluded = verdict(&search);
     if concluded.kind == Kind::Unknown
         && let Some(second) = look_again(&ground, first, &own_as_given)?
+        && let Some(explaining) = explaining(judged(&second, 0.9, 0.95)?)
     {
-        let second = judged(&second, 0.9, 0.95)?;
-        let verdict = verdict(&second);
-        if explains(&second, &verdict) {
-            (search, concluded) = (second, verdict);
-        }
+        (search, concluded) = explaining;
     }
     if concluded.kind == Kind::Unknown
         && let Some(pair) = pair_again(&ground, &search)?
@@ -140,27 +137,28 @@ pub fn search(
         second.several.push(pair);
         sort(&mut second.several);
         second.nulls = nulls(&second, &accusable(&second)).unwrap_or_default();
-        let verdict = verdict(&second);
-        if explains(&second, &verdict) {
-            (search, concluded) = (second, verdict);
+        if let Some(explaining) = explaining(second) {
+            (search, concluded) = explaining;
         }
     }
     progress(1.0);
     Ok((search, concluded))
 }
 
-/// Whether a second look ends at an effect, or at two that leave nothing: a pair that leaves something stands for what it is not.
-fn explains(search: &Search, verdict: &Verdict) -> bool {
+/// A second look and its verdict, where it ends at an effect, or at two that leave nothing: a pair that leaves something stands for what it is not.
+fn explaining(search: Search) -> Option<(Search, Verdict)> {
+    let verdict = verdict(&search);
     let all = |&at: &usize| {
         let rest = &verdict.ranked[at].0.held_out;
         let times = [UNKNOWN, UNKNOWN_SLIDING];
         !leaves(&search.noise, &search.nodes, rest, times)
     };
-    match verdict.kind {
+    let explains = match verdict.kind {
         Kind::Unknown => false,
         Kind::Effects => verdict.named.iter().all(all),
         _ => true,
-    }
+    };
+    explains.then_some((search, verdict))
 }
 
 /// What gains enough that its null is asked for.

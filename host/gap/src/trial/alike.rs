@@ -55,14 +55,13 @@ pub(super) fn alike(
     Ok(false)
 }
 
-/// Whether an effect shows beside `other`, which is there, too, with these values: an axis with that one alone leaves at least half the floor of what
-/// both leave, whatever its parameters. A limit of which another one lets nothing through shows nowhere, and two delays are one.
+/// Whether each of some effects of these values, which are there together, shows: an axis with one other alone, whatever its parameters, leaves at least
+/// half the floor beyond what all leave. A limit of which another one lets nothing through shows nowhere.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-pub(super) fn shows_beside(
-    other: &'static Entry,
-    values: Vec<f64>,
+pub(super) fn all_show(
+    effects: &[(&'static Entry, Vec<f64>)],
     with: &Believed,
     seen: &Seen,
 ) -> Result<bool, InputError> {
@@ -73,21 +72,22 @@ pub(super) fn shows_beside(
         weights,
         ..
     } = seen;
+    let rest = left_over(with, seen)?;
     let model = Model::base(believed, records, DOUBT)?;
     let scale = scale(believed, records);
     let from = fit_at(&model, records, weights, model.start())?;
     let background = Background::new(&model, records, nodes, &scale, weights, &from);
-    let start = Start {
-        values,
-        phases: Vec::new(),
-        gain: 0.0,
-        guessed: false,
-    };
-    let Some((model, near)) = background.try_effect(other, &[start])? else {
-        return Ok(true);
-    };
-    let alone = fit(&model, records, weights, near.at)?.left_over;
-    Ok(apart(&alone, &left_over(with, seen)?, weights) >= BELOW_FLOOR)
+    for (other, values) in effects {
+        let start = Start::at(values.clone());
+        let Some((model, near)) = background.try_effect(other, &[start])? else {
+            continue;
+        };
+        let alone = fit(&model, records, weights, near.at)?.left_over;
+        if apart(&alone, &rest, weights) < BELOW_FLOOR {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// What an axis leaves over with its own parameters fitted, N m.

@@ -134,7 +134,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         let mut truth = plant.axis.clone();
         let mut gap_nm = 0.0;
         let mut told = None;
-        let mut values = Vec::new();
+        let mut drawn = Vec::new();
         let mut met = true;
         for entry in &entries {
             let scale = scale(&clean.believed, &clean.records);
@@ -144,7 +144,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
                 break;
             };
             truth.effects.push(draft.at(level));
-            values.push(draft.values(level));
+            drawn.push((*entry, draft.values(level)));
         }
         if !met {
             continue;
@@ -156,20 +156,19 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             logs = with;
             gap_nm = rms_beside(rms(seen.left_over_nm.iter().copied()), floor_nm);
             let with = Believed::new(&truth, &path)?;
+            // One is always there, and noise is no part of the rest.
+            let several = entries.len() > 1 && entries.iter().all(|entry| is_predicted(entry));
+            if several && !alike::all_show(&drawn, &with, &seen)? {
+                continue;
+            }
             let without = |place: usize| {
                 let mut without = truth.clone();
                 without.effects.remove(place);
                 Believed::new(&without, &path)
             };
-            let without = (0..entries.len())
-                .map(without)
-                .collect::<Result<Vec<_>, _>>()?;
-            if !all_show(&entries, &values, &with, &seen)? {
-                continue;
-            }
             told = Some(Told {
                 with,
-                without,
+                without: (0..entries.len()).map(without).collect::<Result<_, _>>()?,
                 seen,
             });
         }
@@ -187,23 +186,6 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
         }));
     }
     Ok(None)
-}
-
-/// Whether each of two effects of these values shows beside the other, where torque tells of it: noise is no part of the rest.
-fn all_show(
-    entries: &[&'static Entry],
-    values: &[Vec<f64>],
-    with: &Believed,
-    seen: &Seen,
-) -> Result<bool, InputError> {
-    let [one, other] = *entries else {
-        return Ok(true);
-    };
-    if !is_predicted(one) || !is_predicted(other) {
-        return Ok(true);
-    }
-    Ok(alike::shows_beside(other, values[1].clone(), with, seen)?
-        && alike::shows_beside(one, values[0].clone(), with, seen)?)
 }
 
 fn needs(dice: &mut Dice, effects: &[&str]) -> Needs {
