@@ -107,3 +107,16 @@ fn a_coupling_s_resonance_is_found_between_others() {
     ];
     names_alone(&drawn(16001, &[there]), &accused, there);
 }
+
+#[test]
+fn a_coupling_that_swings_undamped_is_named() {
+    // A Q of 80: open loop its load keeps every error for as many swings, and 1.8 times what is open is left.
+    let there = "mechanics.compliance";
+    let accused = [
+        "actuator.lag",
+        "mechanics.backlash",
+        "sensor.lost_counts",
+        there,
+    ];
+    names_alone(&drawn(17721, &[there]), &accused, there);
+}

@@ -62,6 +62,18 @@ fn what_depends_on_speed_beside_a_near_relative_is_unknown() {
 }
 
 #[test]
+fn what_depends_on_speed_in_a_model_s_own_records_is_the_method_s() {
+    // A third of what a drag leaves beside bristles below what is open depends on the speed, and half of what it leaves of its own records.
+    let there = "friction.quadratic";
+    let trial = drawn(419, &[there]);
+    let said = diagnosed(&trial, &[there, "actuator.gain", "friction.dwell"]).verdict;
+    assert_eq!(
+        (said.kind, &said.effects[..]),
+        (Kind::Effect, &[there.to_string()][..])
+    );
+}
+
+#[test]
 fn an_inertia_that_is_wrong_is_parameters_however_little_its_gap() {
     // A fifteenth of the inertia, which leaves 1.02 times what is open.
     let said = said(9450, &[]);

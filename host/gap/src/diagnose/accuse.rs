@@ -359,6 +359,11 @@ pub(super) fn leaves_moments(noise: &Noise, nodes: &[Node], single: &[f64]) -> b
     noise.rms_times_open(nodes, single, &Regime::MOVING) > MOMENTS[0]
 }
 
+/// Whether a rest is anything, of all, in sliding or in few moments.
+pub(super) fn leaves_anything(noise: &Noise, nodes: &[Node], rest: &[f64]) -> bool {
+    leaves(noise, nodes, rest, NOTHING) || leaves_moments(noise, nodes, rest)
+}
+
 /// Share of the gap that was taken away, both in times of what is open.
 pub(super) fn explained(before: f64, after: f64) -> f64 {
     if before <= 1.0 {

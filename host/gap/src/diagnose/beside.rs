@@ -2,7 +2,7 @@
 
 use super::accuse::{
     ACCUSES, BELOW_OPEN_BESIDE, NOTHING, UNKNOWN_SLIDING, foremost, grows_with_load, leaves,
-    leaves_moments, leaves_room,
+    leaves_anything, leaves_moments, leaves_room,
 };
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
@@ -11,7 +11,7 @@ use super::hypothesis::{
     Hypothesis, Judge, change, cosine, is_predicted, is_without_noise, of_noise, sort,
 };
 use super::likelihood::Noise;
-use super::play::{PLAY, springs};
+use super::play::springs;
 use super::regime::Regime;
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::{beside, no_worse};
@@ -102,8 +102,7 @@ impl Pairs<'_> {
         }
         sort(&mut several);
         if let Some(best) = several.first()
-            && (leaves(noise, nodes, &best.held_out, NOTHING)
-                || leaves_moments(noise, nodes, &best.held_out))
+            && leaves_anything(noise, nodes, &best.held_out)
         {
             several.extend(self.in_other_forms(best, enough)?);
             sort(&mut several);
@@ -245,7 +244,7 @@ impl Pairs<'_> {
             };
             let mut model = background.with(entry, &Start::at(values));
             model.scales_effort |= pair.model.scales_effort;
-            model.corrects |= pair.model.corrects && entry.id == PLAY;
+            model.corrects = pair.model.corrects.filter(|_| springs(entry));
             let own = self.base.model.free.len();
             let mut from = pair.fit.at[..own].to_vec();
             from.extend_from_slice(&model.start()[own..]);
@@ -405,7 +404,8 @@ impl Pairs<'_> {
         let whatever = |place, entry: &Entry| {
             place < BESIDE && apart(entry) || moments && entry.acts_in_moments()
         };
-        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, whatever)?
+        let plays = leaves_anything(noise, nodes, &from.held_out);
+        let mut found: Vec<Hypothesis> = fit_best(background, screened, BESIDE, plays, whatever)?
             .into_iter()
             .map(|Tried { entry, model, fit }| {
                 let mut added = from.added.clone();

@@ -5,16 +5,20 @@
 //! large-scale kernel machines", NIPS 20; judged on data that took no part.
 
 use super::closed::{Closed, closed};
+use super::fitted_noise::own_records;
+use super::hypothesis::Hypothesis;
 use super::regime::{FOLDS, Node, Regime};
 use super::tried::Search;
 use crate::inverse::Record;
 use crate::signal::{extent, rms, weighted_squares};
 use bristle_plant::Unit;
+use bristle_plant::effect::Scale;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rayon::prelude::*;
+use std::cell::LazyCell;
 use std::f64::consts::TAU;
 
 /// Waves of the black box, and most variables that one runs over.
@@ -43,26 +47,29 @@ pub(super) fn gains(search: &Search, rest_nm: &[f64]) -> f64 {
 
 /// Whether what a hypothesis leaves over while the axis slides, in each record alike, depends smoothly on one variable, on data that took no
 /// part: by more than a share of its squares, and than a share of the gap of the refitted simulator. Of noise, however coloured, nothing
-/// does; what the method leaves over may, where noise does not hide it.
+/// does; what the method leaves over may, where noise does not hide it, and then what it leaves of the hypothesis's own records does, too.
 pub(super) fn depends_in_sliding(
     search: &Search,
-    rest_nm: &[f64],
+    by: &Hypothesis,
     [of_rest, of_gap]: [f64; 2],
 ) -> bool {
+    let (records, nodes, scale) = (&search.records, &search.nodes, &search.scale);
+    let own = LazyCell::new(|| own_records(&by.model, &by.fit.at, records, scale, &search.noise));
     AVERAGED.into_iter().any(|averaged| {
-        let while_sliding = |rest_nm| Averaged::new(&search.nodes, rest_nm, averaged);
-        let rest = while_sliding(rest_nm);
-        let weights = rest.weights(search.records.len());
-        let squares = |rest_nm: &[f64]| weighted_squares(rest_nm, &weights);
-        let seen = Seen {
-            search,
-            nodes: &rest.nodes,
-            weights: &weights,
+        let rest = Averaged::new(nodes, &by.held_out, averaged);
+        let spreads_nm = rest.spreads_nm(records.len());
+        let all = rest.squares(&spreads_nm);
+        let depends = rest.depends(records, scale, &spreads_nm);
+        let gap = || Averaged::new(nodes, &search.base.held_out, averaged).squares(&spreads_nm);
+        let of_own = || {
+            own.as_ref().map_or(0.0, |own| {
+                let rest = Averaged::new(&own.nodes, &own.left_over, averaged);
+                rest.depends(&own.records, scale, &spreads_nm).max(0.0)
+            })
         };
-        let all = squares(&rest.rest_nm);
-        let depends = all - squares(&seen.left_over(&rest.rest_nm, WAVES_OF_ONE));
-        let gap = || squares(&while_sliding(&search.base.held_out).rest_nm);
-        depends > of_rest * all && depends > of_gap * of_gap * gap()
+        depends > of_rest * all
+            && depends > of_gap * of_gap * gap()
+            && depends - of_own() > of_rest * all
     })
 }
 
@@ -98,23 +105,45 @@ impl Averaged {
         }
     }
 
-    /// By which the rests of so many records are alike.
-    fn weights(&self, records: usize) -> Vec<f64> {
+    /// Of each of so many records, N m rms.
+    fn spreads_nm(&self, records: usize) -> Vec<f64> {
         let spread_nm = |place: usize| {
             let here = self.nodes.iter().zip(&self.rest_nm);
             let here = here.filter(|(node, _)| node.record == place);
             rms(here.map(|(_, r)| *r)).max(f64::MIN_POSITIVE)
         };
-        let spreads_nm: Vec<f64> = (0..records).map(spread_nm).collect();
+        (0..records).map(spread_nm).collect()
+    }
+
+    /// By which the rests of records of these spreads are alike.
+    fn weights(&self, spreads_nm: &[f64]) -> Vec<f64> {
         let of = |node: &Node| 1.0 / spreads_nm[node.record];
         self.nodes.iter().map(of).collect()
+    }
+
+    fn squares(&self, spreads_nm: &[f64]) -> f64 {
+        weighted_squares(&self.rest_nm, &self.weights(spreads_nm))
+    }
+
+    /// How many of these squares depend smoothly on one variable.
+    fn depends(&self, records: &[Record], scale: &Scale, spreads_nm: &[f64]) -> f64 {
+        let weights = self.weights(spreads_nm);
+        let seen = Seen {
+            records,
+            scale,
+            nodes: &self.nodes,
+            weights: &weights,
+        };
+        let left_over = seen.left_over(&self.rest_nm, WAVES_OF_ONE);
+        self.squares(spreads_nm) - weighted_squares(&left_over, &weights)
     }
 }
 
 /// What a black box leaves over of a rest, N m; nodes that no one fits, and those at rest, as they are.
 fn left_over_of_all(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
     let seen = Seen {
-        search,
+        records: &search.records,
+        scale: &search.scale,
         nodes: &search.nodes,
         weights: &search.weights,
     };
@@ -123,7 +152,8 @@ fn left_over_of_all(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
 
 /// Nodes that a black box sees, and how much each counts.
 struct Seen<'a> {
-    search: &'a Search,
+    records: &'a [Record],
+    scale: &'a Scale,
     nodes: &'a [Node],
     weights: &'a [f64],
 }
@@ -136,8 +166,8 @@ impl Seen<'_> {
             let node = &nodes[*i];
             !node.excluded && node.regime != Regime::Rest && weights[*i] > 0.0
         };
-        let variables = Variables::new(self.search, nodes);
-        let waves = drawn(variables.scaled.len(), self.search.scale.unit, waves);
+        let variables = Variables::new(self.records, self.scale, nodes);
+        let waves = drawn(variables.scaled.len(), self.scale.unit, waves);
         let folds: Vec<Fold> = (0..FOLDS)
             .into_par_iter()
             .map(|fold| {
@@ -276,8 +306,7 @@ struct Variables {
 }
 
 impl Variables {
-    fn new(search: &Search, nodes: &[Node]) -> Self {
-        let Search { records, scale, .. } = search;
+    fn new(records: &[Record], scale: &Scale, nodes: &[Node]) -> Self {
         let over = |value: &dyn Fn(&Node) -> f64| -> Vec<f64> { nodes.iter().map(value).collect() };
         let turned_s = turned(records, nodes);
         let position = over(&|node| node.position_rad(records));

@@ -205,9 +205,8 @@ impl<'a> Chosen<'a> {
             || left.is_anything() && ceiling::gains(self.search, &self.best.held_out) > FOREIGN;
         let depends = || {
             named_below(STANDS_FOR[1])
-                && left.may_depend(DEPENDS[0])
                 && self.explained < ALL_BUT_TELLS
-                && ceiling::depends_in_sliding(self.search, &self.best.held_out, DEPENDS)
+                && ceiling::depends_in_sliding(self.search, self.best, DEPENDS)
         };
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
         let fills = alone && left.fills_a_regime();

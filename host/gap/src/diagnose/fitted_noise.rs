@@ -4,6 +4,7 @@ use super::axis_at::axis_at;
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
+use crate::error::InputError;
 use crate::inverse::{Model, Record, fit_alone, twins};
 use bristle_plant::effect::Scale;
 
@@ -48,8 +49,15 @@ pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale
         .unwrap_or_default()
 }
 
-/// What a model leaves over of its own records, with their noise, once it is fitted to them as it was to those that were measured; nothing
-/// where it cannot be simulated.
+/// Records of a model's own.
+pub(super) struct OwnRecords {
+    pub(super) records: Vec<Record>,
+    pub(super) nodes: Vec<Node>,
+    /// What it leaves over of them, N m at each node.
+    pub(super) left_over: Vec<f64>,
+}
+
+/// What a model leaves over of its own records once it is fitted to them; nothing where it cannot be simulated.
 pub(super) fn left_once_fitted(
     model: &Model,
     at: &[f64],
@@ -57,15 +65,32 @@ pub(super) fn left_once_fitted(
     scale: &Scale,
     noise: &Noise,
 ) -> Own {
+    own_records(model, at, records, scale, noise)
+        .map(|own| Own::new(&own.nodes, &own.left_over, records.len()))
+        .unwrap_or_default()
+}
+
+/// A model's own records, with the noise of those that were measured, and what it leaves over of them once it is fitted to them as it was to those.
+///
+/// # Errors
+/// It cannot be simulated.
+pub(super) fn own_records(
+    model: &Model,
+    at: &[f64],
+    records: &[Record],
+    scale: &Scale,
+    noise: &Noise,
+) -> Result<OwnRecords, InputError> {
     let mut about = model.clone();
     for (free, &at) in about.free.iter_mut().zip(at) {
         free.center = at;
     }
-    twins(&axis_at(&model.at(at)), records, 1.0, 0)
-        .and_then(|twins| {
-            let nodes = nodes(&twins, scale.z_ss_rad);
-            let fit = fit_alone(&about, &twins, &noise.weights(&nodes), at.to_vec())?;
-            Ok(Own::new(&nodes, &fit.left_over, records.len()))
-        })
-        .unwrap_or_default()
+    let records = twins(&axis_at(&model.at(at)), records, 1.0, 0)?;
+    let nodes = nodes(&records, scale.z_ss_rad);
+    let fit = fit_alone(&about, &records, &noise.weights(&nodes), at.to_vec())?;
+    Ok(OwnRecords {
+        left_over: fit.left_over,
+        records,
+        nodes,
+    })
 }

@@ -20,8 +20,6 @@ pub(super) struct Left {
     pub(super) moments: f64,
     /// In the record and regime where it is most, where that tells.
     in_a_regime: f64,
-    /// Part of its squares in sliding that is beyond what the model leaves over of its own records, where that is asked.
-    beyond_own: f64,
 }
 
 impl Left {
@@ -39,11 +37,7 @@ impl Left {
             &search.scale,
             &search.noise,
         );
-        let (noise, nodes) = (&search.noise, &search.nodes);
-        Self {
-            beyond_own: noise.part_beyond(nodes, &by.held_out, &own, Regime::Sliding),
-            ..Self::beside(search, by, &noise.clone().at_least(&own))
-        }
+        Self::beside(search, by, &search.noise.clone().at_least(&own))
     }
 
     /// Beside this noise.
@@ -77,7 +71,6 @@ impl Left {
             } else {
                 noise.most_times_open(nodes, rest, IN_A_REGIME.0)
             },
-            beyond_own: 1.0,
         }
     }
 
@@ -110,11 +103,6 @@ impl Left {
             || self.moments > UNKNOWN_MOMENTS
             || self.fills_a_regime()
             || self.much && self.times[1] > UNKNOWN_SLIDING
-    }
-
-    /// Whether so much of its squares in sliding may depend on anything: what the model leaves over of its own records, too, does.
-    pub(super) fn may_depend(&self, part: f64) -> bool {
-        self.beyond_own > part
     }
 
     /// Whether it is what no effect leaves that is there while the axis slides, of all or in most records.

@@ -289,17 +289,6 @@ impl Noise {
             .fold(1.0, |most, (_, times)| times.max(most))
     }
 
-    /// Part of the squares of a rest in a regime, of each record alike, that is beyond what a model leaves over of its own records.
-    pub fn part_beyond(&self, nodes: &[Node], left_over: &[f64], own: &Own, regime: Regime) -> f64 {
-        let squares = self.mean_squares(nodes, left_over);
-        let parts: Vec<f64> = (0..squares.len())
-            .map(|place| (squares[place][regime as usize], own.of(place, regime)))
-            .filter(|(square, _)| *square > 0.0)
-            .map(|(square, own)| (1.0 - own.rms_nm.powi(2) / square).max(0.0))
-            .collect();
-        parts.iter().sum::<f64>() / parts.len().max(1) as f64
-    }
-
     /// Root mean square of the difference between two rests in motion, in times of what is open.
     pub fn apart(&self, nodes: &[Node], one: &[f64], other: &[f64]) -> f64 {
         let moving = |node: &Node| !node.excluded && node.regime != Regime::Rest;

@@ -6,6 +6,7 @@ use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, is_without_noise, log_belief};
 use super::likelihood::Noise;
 use super::own::Own;
+use super::play::corrected_coupling;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
 use super::screen::{Tried, fit_best, screen};
 use super::single::Ground;
@@ -55,6 +56,7 @@ pub(super) fn look_again(
     };
     let looked_at: Vec<&'static Entry> = order.iter().map(|&at| first.tried[at].entry).collect();
     let anew = again.anew(&looked_at, &first.fitted)?;
+    let background = ground.background(&first.weights, &first.fitted);
     let mut best: Option<(f64, usize, Model, Fit)> = None;
     for &at in &order {
         let tried = &first.tried[at];
@@ -62,7 +64,13 @@ pub(super) fn look_again(
             .iter()
             .find(|one| one.entry.id == tried.entry.id && one.fit.cost < tried.fit.cost);
         let Tried { model, fit, .. } = better.unwrap_or(tried);
-        let (model, fit) = again.at(model, fit)?;
+        let (mut model, mut fit) = again.at(model, fit)?;
+        // A coupling that does not do best open loop either follows whatever swings as fast.
+        if at == order[0] {
+            let entry = tried.entry;
+            let found = corrected_coupling(&background, Tried { entry, model, fit })?;
+            (model, fit) = (found.model, found.fit);
+        }
         let score = score(&model, &fit);
         if best.as_ref().is_none_or(|best| best.0 < score) {
             best = Some((score, at, model, fit));
@@ -145,7 +153,7 @@ impl Again<'_> {
     fn anew(&self, entries: &[&'static Entry], fitted: &Fit) -> Result<Vec<Tried>, InputError> {
         let background = self.ground.background(self.weights, fitted);
         let screened = screen(&background, entries, &|_| ());
-        fit_best(&background, &screened, entries.len(), |_, _| false)
+        fit_best(&background, &screened, entries.len(), true, |_, _| false)
     }
 
     /// A fit looked at again.

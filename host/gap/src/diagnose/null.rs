@@ -36,6 +36,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         &background,
         &screen(&background, entries, &|_| ()),
         entries.len(),
+        true,
         |_, entry| background.never_zero(entry),
     )?;
     let judge = Judge {

@@ -55,7 +55,8 @@ pub(super) fn by_promise(screened: &mut [Screened]) {
 }
 
 /// Of effects, most promising first, fits of as many as `most` that promise anything, and of those that are worth a fit whatever they promise, by their
-/// place, from their best starts. Where they are many, all are fitted as far as shows what they promise, and the best of them to the end.
+/// place, from their best starts. Where they are many, all are fitted as far as shows what they promise, and the best of them to the end. A play is looked
+/// for about a coupling where `plays`: where anything is left that one may explain.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -63,6 +64,7 @@ pub(super) fn fit_best(
     background: &Background<'_>,
     screened: &[Screened],
     most: usize,
+    plays: bool,
     whatever: impl Fn(usize, &Entry) -> bool,
 ) -> Result<Vec<Tried>, InputError> {
     let all: Vec<&Screened> = screened
@@ -102,7 +104,9 @@ pub(super) fn fit_best(
     let settles = settled.len();
     let found = settled.into_iter().chain(further).map(|(_, one)| one);
     let mut found: Vec<Tried> = found.collect();
-    play::try_play(background, screened, &mut found, settles)?;
+    if plays {
+        play::try_play(background, screened, &mut found, settles)?;
+    }
     Ok(found)
 }
 

@@ -1,6 +1,6 @@
 //! Effects one at a time: each fitted jointly with the simulator's own parameters, first roughly and many, then well and few.
 
-use super::accuse::{NOTHING, leaves, leaves_moments};
+use super::accuse::{NOTHING, leaves, leaves_anything};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
@@ -70,14 +70,15 @@ impl Ground<'_> {
         let background = self.background(weights, fitted);
         let screened = screen(&background, entries, &|share| progress(0.65 * share));
         // What is never zero may be far off wherever it is tried, until everything else has moved with it.
-        let mut found = fit_best(&background, &screened, FITTED, |_, entry| {
+        let plays = leaves_anything(noise, self.nodes, &fitted.left_over);
+        let mut found = fit_best(&background, &screened, FITTED, plays, |_, entry| {
             background.never_zero(entry)
         })?;
         progress(0.8);
         if let Some(believed) = self.believed(noise, weights, fitted)? {
             let background = self.background(weights, &believed);
             let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
-            let others = fit_best(&background, &screened, FITTED, |_, entry| {
+            let others = fit_best(&background, &screened, FITTED, plays, |_, entry| {
                 background.never_zero(entry)
             })?;
             for other in others {
@@ -130,10 +131,7 @@ impl Ground<'_> {
         noise: &Noise,
         weights: &[f64],
     ) -> Result<Fit, InputError> {
-        let left_over = &kept.left_over;
-        let something = leaves(noise, self.nodes, left_over, NOTHING)
-            || leaves_moments(noise, self.nodes, left_over);
-        if !strayed(with, &kept.at) || !something {
+        if !strayed(with, &kept.at) || !leaves_anything(noise, self.nodes, &kept.left_over) {
             return Ok(kept);
         }
         let start = beside(&kept, self.model.start());

@@ -80,8 +80,7 @@ pub fn verdict(search: &Search) -> Verdict {
             || left.much && chosen.explained < LITTLE
             || !accused
                 && (left.is_of_no_list()
-                    || left.is_anything()
-                        && ceiling::depends_in_sliding(search, &base.held_out, DEPENDS))
+                    || left.is_anything() && ceiling::depends_in_sliding(search, base, DEPENDS))
             || accused && chosen.stands_for_another(left));
     let small = if left.much {
         Vec::new()

@@ -56,7 +56,7 @@ impl Model {
             effects,
             free,
             scales_effort: false,
-            corrects: false,
+            corrects: None,
             arrives: None,
         })
     }

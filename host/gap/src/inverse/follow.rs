@@ -33,8 +33,8 @@ pub struct Running {
     pub skew_samples: f64,
     /// The effort is taken as so many times what was recorded.
     pub times: f64,
-    /// Whether what the balance lacks corrects a load where it [may](is_corrected).
-    pub corrects: bool,
+    /// Damping ratio that a correction by what the balance lacks gives the errors of a load, where it corrects it and [may](is_corrected).
+    pub corrects: Option<f64>,
 }
 
 /// Effort on its way to the axis: through the recorder's skew, and through the drive where it is a reference.
@@ -194,12 +194,21 @@ pub fn left_over(
         coupling = effect.coupling(inertia).or(coupling);
     }
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
-    let corrects = running.corrects && coupling.is_some_and(|coupling| is_corrected(&coupling));
+    let may_be = |_: &f64| coupling.is_some_and(|coupling| is_corrected(&coupling));
+    let corrects = running.corrects.filter(may_be);
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let bristles_nm_rad = running.stiffness_nm_rad.unwrap_or(0.0);
-    let mut load =
-        coupling.map(|coupling| Load::new(coupling, inertia, bristles_nm_rad, held_nm, step_s));
+    let mut load = coupling.map(|coupling| {
+        Load::new(
+            coupling,
+            inertia,
+            bristles_nm_rad,
+            held_nm,
+            step_s,
+            corrects.unwrap_or(0.0),
+        )
+    });
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
     let mut contact = Affected::of_means(contact, &running.effects);
     let as_measured = of_model && on_motor && corrected.is_none() && !contact.levelled();
@@ -282,7 +291,7 @@ pub fn left_over(
             let lacks_nm = 0.5 * (balance_before + balance)
                 - arriving.lacks_nm
                 - 0.5 * (share_before + share) * per * bend;
-            if let Some(load) = load.as_mut().filter(|_| corrects) {
+            if let Some(load) = load.as_mut().filter(|_| corrects.is_some()) {
                 load.correct(lacks_nm);
             }
             nodes.push(lacks_nm);

@@ -4,14 +4,11 @@ use bristle_plant::effect::{Coupling, Instant};
 
 /// Steps of a load within a sample: a step is exact but for friction, which a load that follows faster than this hardly changes.
 const MOST_STEPS: f64 = 10.0;
-/// Damping ratio that a correction by what the balance lacks gives the errors of a load. Of two opened plays 0.2 left 2.2 and 1.2 times as many squares, 1.5,
-/// by which it follows noise, 1.7 and 7 times as many.
-const CORRECTED: f64 = 0.6;
 
-/// Whether what the balance lacks may correct the load behind a coupling: friction holds it where it was left, but when it meets the next flank of a
-/// play, or slips, is as wrong as all that it did before. A load that nothing rubs floats in its gap, and no balance tells where.
+/// Whether what the balance lacks may correct the load behind a coupling: when a load meets the next flank of a play, or slips, is as wrong as all that it
+/// did before, and one that swings undamped keeps its errors for as long. One that nothing rubs floats in its gap, and no balance tells where.
 pub fn is_corrected(coupling: &Coupling) -> bool {
-    !coupling.friction_on_motor
+    coupling.gap_rad == 0.0 || !coupling.friction_on_motor
 }
 
 /// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
@@ -41,13 +38,14 @@ struct Stride {
 }
 
 impl Load {
-    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too.
+    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. A correction gives its errors a damping ratio.
     pub(super) fn new(
         coupling: Coupling,
         inertia: f64,
         bristles_nm_rad: f64,
         held_nm: f64,
         step_s: f64,
+        corrected: f64,
     ) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
         let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
@@ -80,7 +78,7 @@ impl Load {
             half: stride(0.5 * dt_s),
             whole: stride(dt_s),
             sample: stride(step_s),
-            corrected_part: corrected_part(natural_2.sqrt() * step_s),
+            corrected_part: corrected_part(corrected, natural_2.sqrt() * step_s),
         }
     }
 
@@ -169,8 +167,8 @@ impl Load {
 
 /// Part of what the balance lacks that corrects a load that swings by so many radians a sample: what is wrong of it decays in so many of them. Where
 /// it swings by more than half a period its sign turns.
-fn corrected_part(angle: f64) -> f64 {
-    let part = 2.0 * (1.0 - (-CORRECTED * angle).exp());
+fn corrected_part(damping_ratio: f64, angle: f64) -> f64 {
+    let part = 2.0 * (1.0 - (-damping_ratio * angle).exp());
     part.min(1.0) * angle.sin().signum()
 }
 
@@ -212,7 +210,7 @@ mod tests {
             step_s,
             ..Instant::default()
         };
-        let new = || Load::new(coupling, inertia_kg_m2, 0.0, 0.1, step_s);
+        let new = || Load::new(coupling, inertia_kg_m2, 0.0, 0.1, step_s, 0.6);
         let (mut is, mut taken) = (new(), new());
         let off_rad = 0.2 * (is.twist_rad - 0.5 * coupling.gap_rad);
         taken.twist_rad += off_rad;

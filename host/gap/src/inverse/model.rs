@@ -39,8 +39,8 @@ pub struct Model {
     pub scales_effort: bool,
     /// How much of each record's effort arrives, where they do and that is known.
     pub arrives: Option<Vec<f64>>,
-    /// What the balance lacks corrects a load that friction holds.
-    pub corrects: bool,
+    /// Damping ratio of a load's errors where what the balance lacks corrects it.
+    pub corrects: Option<f64>,
 }
 
 /// Change of effort from which its gain is taken.
@@ -55,7 +55,7 @@ pub struct Point {
     effects: Vec<Added>,
     on_records: Vec<(usize, usize, usize, f64)>,
     skew_s: f64,
-    corrects: bool,
+    corrects: Option<f64>,
 }
 
 impl Model {
@@ -273,10 +273,10 @@ impl Point {
             Rubbing::Anew => Rubbing::Kept(&mut kept_nm),
             given => given,
         };
-        if self.corrects {
+        if self.corrects.is_some() {
             // A load that is corrected would take more effort for a twist.
             let open_loop = Self {
-                corrects: false,
+                corrects: None,
                 ..self.clone()
             };
             let (_, change) = open_loop.rest_and_change(record, place, rubbing.again())?;
@@ -297,7 +297,7 @@ impl Point {
         if holds || believed.effects.iter().any(|effect| effect.id != OFFSET) {
             let mut without = self.clone();
             without.effects.truncate(believed.effects.len());
-            without.corrects = false;
+            without.corrects = None;
             without
                 .on_records
                 .retain(|(effect, ..)| *effect < without.effects.len());
