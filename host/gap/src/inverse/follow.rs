@@ -3,7 +3,7 @@
 //! Friction states, effects and a second inertia are driven by what the encoder saw, so that an error of one moment is
 //! not carried into the next, and an evaluation costs one pass over the record.
 
-use super::load::{Load, is_corrected};
+use super::load::Load;
 use super::record::{Record, Stretch};
 use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
@@ -33,7 +33,7 @@ pub struct Running {
     pub skew_samples: f64,
     /// The effort is taken as so many times what was recorded.
     pub times: f64,
-    /// Damping ratio that a correction by what the balance lacks gives the errors of a load, where it corrects it and [may](is_corrected).
+    /// Damping ratio that a correction by what the balance lacks gives the errors of a load, where it corrects it.
     pub corrects: Option<f64>,
 }
 
@@ -194,8 +194,6 @@ pub fn left_over(
         coupling = effect.coupling(inertia).or(coupling);
     }
     let on_motor = coupling.is_none_or(|coupling| coupling.friction_on_motor);
-    let may_be = |_: &f64| coupling.is_some_and(|coupling| is_corrected(&coupling));
-    let corrects = running.corrects.filter(may_be);
     let of_model = std::ptr::addr_eq(of_model, std::ptr::from_ref(contact.as_ref()));
     let held_nm = if on_motor { 0.0 } else { stretch.effort_nm[0] };
     let bristles_nm_rad = running.stiffness_nm_rad.unwrap_or(0.0);
@@ -206,7 +204,7 @@ pub fn left_over(
             bristles_nm_rad,
             held_nm,
             step_s,
-            corrects.unwrap_or(0.0),
+            running.corrects,
         )
     });
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
@@ -291,7 +289,7 @@ pub fn left_over(
             let lacks_nm = 0.5 * (balance_before + balance)
                 - arriving.lacks_nm
                 - 0.5 * (share_before + share) * per * bend;
-            if let Some(load) = load.as_mut().filter(|_| corrects.is_some()) {
+            if let Some(load) = &mut load {
                 load.correct(lacks_nm);
             }
             nodes.push(lacks_nm);

@@ -27,7 +27,7 @@ pub(super) struct Load {
     whole: Stride,
     /// A step of the motor, and the part of what the balance lacks by which it corrects the load.
     sample: Stride,
-    corrected_part: f64,
+    corrected_part: Option<f64>,
 }
 
 /// A stretch of time that a load moves on by.
@@ -38,14 +38,15 @@ struct Stride {
 }
 
 impl Load {
-    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. A correction gives its errors a damping ratio.
+    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. `corrects` is the
+    /// damping ratio that a correction gives its errors, where it [may be](is_corrected) corrected.
     pub(super) fn new(
         coupling: Coupling,
         inertia: f64,
         bristles_nm_rad: f64,
         held_nm: f64,
         step_s: f64,
-        corrected: f64,
+        corrects: Option<f64>,
     ) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
         let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
@@ -78,16 +79,18 @@ impl Load {
             half: stride(0.5 * dt_s),
             whole: stride(dt_s),
             sample: stride(step_s),
-            corrected_part: corrected_part(corrected, natural_2.sqrt() * step_s),
+            corrected_part: corrects
+                .filter(|_| is_corrected(&coupling))
+                .map(|damping_ratio| corrected_part(damping_ratio, natural_2.sqrt() * step_s)),
         }
     }
 
     /// Takes a part of what the balance lacked a sample ago for torque of the coupling, while a flank is touched.
     pub(super) fn correct(&mut self, lacks_nm: f64) {
-        let Some(flank) = self.flank() else {
+        let (Some(part), Some(flank)) = (self.corrected_part, self.flank()) else {
             return;
         };
-        let off = self.corrected_part * lacks_nm / self.coupling.stiffness_nm_rad;
+        let off = part * lacks_nm / self.coupling.stiffness_nm_rad;
         let [of_twist, of_rate] = self.sample.kept;
         self.twist_rad += of_twist[0] * off;
         self.twisting_rad_s += of_rate[0] * off;
@@ -210,7 +213,7 @@ mod tests {
             step_s,
             ..Instant::default()
         };
-        let new = || Load::new(coupling, inertia_kg_m2, 0.0, 0.1, step_s, 0.6);
+        let new = || Load::new(coupling, inertia_kg_m2, 0.0, 0.1, step_s, Some(0.6));
         let (mut is, mut taken) = (new(), new());
         let off_rad = 0.2 * (is.twist_rad - 0.5 * coupling.gap_rad);
         taken.twist_rad += off_rad;
