@@ -43,10 +43,3 @@ fn a_stop_that_is_hit_once_is_named_beside_a_wave() {
     let truth = ["mechanics.end_stop", "mechanics.unbalance"];
     names_both(17257, truth, ["mechanics.inertia_change", "friction.load"]);
 }
-
-#[test]
-fn of_two_forms_the_one_is_named_that_does_better_beside_another_effect() {
-    // Alone an offset does as well as the asymmetry.
-    let truth = ["friction.asymmetry", "friction.load"];
-    names_both(14858, truth, ["mechanics.offset", "mechanics.spring"]);
-}

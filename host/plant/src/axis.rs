@@ -8,7 +8,7 @@
 use crate::affected::Affected;
 use crate::contact::{Contact, Levels};
 use crate::drive::{Drive, DriveConfig};
-use crate::effect::{Effect, Instant, Plain};
+use crate::effect::{Effect, FELT_S, Instant, Plain};
 use crate::encoder::{EncoderConfig, Reading};
 use crate::mechanics::{Mechanics, Motion};
 use rand_chacha::ChaCha8Rng;
@@ -39,7 +39,7 @@ pub struct Axis {
     config: AxisConfig,
     drive: Drive,
     keeps: f64,
-    /// Part of the acceleration that effects feel which is still felt a step later.
+    /// Part of what effects feel of friction that is still felt a step later.
     still_felt: f64,
     contact: Affected,
     effects: Vec<Box<dyn Effect>>,
@@ -48,6 +48,8 @@ pub struct Axis {
     random: ChaCha8Rng,
     samples: u64,
     friction_nm: f64,
+    /// By friction, as effects feel it.
+    deceleration_rad_s2: f64,
     acceleration_rad_s2: f64,
     mean_torque_nm: f64,
 }
@@ -104,11 +106,7 @@ fn steps_with(
     steps
 }
 
-/// Effects feel the acceleration of so long, s. Friction that depended on that of the step before would be its own cause: with damped
-/// bristles that is unstable at speed.
-const FELT_S: f64 = 2.5e-4;
-
-/// What the drive keeps of its torque, and what is still felt of an acceleration, a step later.
+/// What the drive keeps of its torque, and what is still felt of friction, a step later.
 fn of_a_step(config: &AxisConfig, drive: &Drive) -> (f64, f64) {
     let step_s = config.sample_time_s / f64::from(config.steps);
     (drive.keeps(step_s), (-step_s / FELT_S).exp())
@@ -150,6 +148,7 @@ impl Axis {
             random: ChaCha8Rng::seed_from_u64(config.seed),
             samples: 0,
             friction_nm: 0.0,
+            deceleration_rad_s2: 0.0,
             acceleration_rad_s2: 0.0,
             mean_torque_nm: 0.0,
         }
@@ -274,9 +273,15 @@ impl Axis {
                 step_s,
             );
             self.config.mechanics.drift(&mut self.motion, 0.5 * step_s);
-            let acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s;
-            self.acceleration_rad_s2 = acceleration_rad_s2
-                + self.still_felt * (self.acceleration_rad_s2 - acceleration_rad_s2);
+            let deceleration_rad_s2 = self
+                .config
+                .mechanics
+                .motor_decelerates_rad_s2(friction, inertia_share);
+            self.deceleration_rad_s2 = deceleration_rad_s2
+                + self.still_felt * (self.deceleration_rad_s2 - deceleration_rad_s2);
+            self.acceleration_rad_s2 = (self.motion.velocity_rad_s - before) / step_s
+                + deceleration_rad_s2
+                - self.deceleration_rad_s2;
             self.friction_nm = friction;
         }
         self.mean_torque_nm = sum / f64::from(self.config.steps);

@@ -56,6 +56,15 @@ impl Mechanics {
         }
     }
 
+    /// What friction takes of the motor's acceleration by itself, rad/s^2, with the whole inertia `inertia_share` of what it was built with.
+    pub fn motor_decelerates_rad_s2(&self, friction_nm: f64, inertia_share: f64) -> f64 {
+        match self.load {
+            None => friction_nm / (self.inertia_kg_m2 * inertia_share),
+            Some(load) if load.friction_on_motor => friction_nm / self.inertia_kg_m2,
+            Some(_) => 0.0,
+        }
+    }
+
     /// Motion as friction sees it: on the motor the load is where the motor is.
     pub fn at_friction(&self, motion: &Motion) -> Motion {
         match self.load {

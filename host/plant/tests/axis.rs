@@ -224,31 +224,34 @@ fn effects_on_friction_let_a_static_axis_rest() {
 
 #[test]
 fn friction_that_grows_with_load_does_not_shake_damped_bristles() {
-    let curve = Stribeck::constant(0.2).unwrap();
-    let bristles = contact(ElastoPlastic::new(curve, 60.0, 0.16, 7e-3, 0.6).unwrap());
-    let entry = effect::ALL
-        .iter()
-        .find(|entry| entry.id == "friction.load")
-        .unwrap();
-    let mut config = config(20);
-    config.mechanics.inertia_kg_m2 = 1e-3;
-    let load = (entry.build)(&[0.2, 8e-4], Unit::Rotary);
-    let mut axis = Axis::new(config, bristles, vec![load]);
-    let torque_nm = 0.4;
-    let friction_nm: Vec<f64> = (0..30_000)
-        .map(|_| {
-            axis.advance(torque_nm);
-            axis.truth().friction_nm
-        })
-        .collect();
-    // Its time constant is 0.14 s: after two seconds all of the torque goes into friction.
-    for friction_nm in &friction_nm[20_000..] {
-        assert!((friction_nm - torque_nm).abs() < 1e-5, "{friction_nm}");
+    // mu sigma1/sigma0 of half a millisecond and of two.
+    for damping_nm_s_rad in [0.16, 0.6] {
+        let curve = Stribeck::constant(0.2).unwrap();
+        let bristles = ElastoPlastic::new(curve, 60.0, damping_nm_s_rad, 7e-3, 0.6).unwrap();
+        let entry = effect::ALL
+            .iter()
+            .find(|entry| entry.id == "friction.load")
+            .unwrap();
+        let mut config = config(20);
+        config.mechanics.inertia_kg_m2 = 1e-3;
+        let load = (entry.build)(&[0.2, 8e-4], Unit::Rotary);
+        let mut axis = Axis::new(config, contact(bristles), vec![load]);
+        let torque_nm = 0.4;
+        let friction_nm: Vec<f64> = (0..30_000)
+            .map(|_| {
+                axis.advance(torque_nm);
+                axis.truth().friction_nm
+            })
+            .collect();
+        // Its time constant is 0.14 s: after two seconds all of the torque goes into friction.
+        for friction_nm in &friction_nm[20_000..] {
+            assert!((friction_nm - torque_nm).abs() < 1e-5, "{friction_nm}");
+        }
+        let velocity_rad_s = axis.truth().motion.velocity_rad_s;
+        // 0.2 + 0.2 of the torque + 7e-3 v.
+        assert!(
+            (velocity_rad_s - 0.12 / 7e-3).abs() < 1e-3,
+            "{velocity_rad_s}"
+        );
     }
-    let velocity_rad_s = axis.truth().motion.velocity_rad_s;
-    // 0.2 + 0.2 of the torque + 7e-3 v.
-    assert!(
-        (velocity_rad_s - 0.12 / 7e-3).abs() < 1e-3,
-        "{velocity_rad_s}"
-    );
 }

@@ -151,7 +151,7 @@ const LIKE_A_SPRING: f64 = 0.25;
 /// were missing 590 and more, or 514 beside another effect.
 const BRISTLES_GAIN: f64 = 200.0;
 /// Friction that grows with acceleration, too. Below what is open it was there in one opened case of four that it explained best.
-pub(super) const GROWS_WITH_LOAD: &str = "friction.load";
+const GROWS_WITH_LOAD: &str = "friction.load";
 
 /// The best single effect, or the best pair if it is worth its second effect, or the best one with that single effect if it is.
 pub(super) fn choose(search: &Search) -> Option<&Hypothesis> {

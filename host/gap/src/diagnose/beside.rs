@@ -39,8 +39,6 @@ const MOST_NEXT: usize = 2;
 const ONE_IN_TWO_FORMS: f64 = 0.9;
 /// The same below which two change something else.
 const APART: f64 = 0.3;
-/// So many are tried at most in the place of one that changes the same.
-const MOST_FORMS: usize = 2;
 /// Ratio of root-mean-squares in motion to what the model leaves of its own records beyond which few moments have room for a second effect.
 const OF_OWN: f64 = 1.5;
 
@@ -101,12 +99,6 @@ impl Pairs<'_> {
             several.extend(self.beside(second, &background, &screened)?);
         }
         sort(&mut several);
-        if let Some(best) = several.first()
-            && leaves_anything(noise, nodes, &best.held_out)
-        {
-            several.extend(self.in_other_forms(best, enough)?);
-            sort(&mut several);
-        }
         Ok(several)
     }
 
@@ -137,38 +129,6 @@ impl Pairs<'_> {
             }
         }
         seconds
-    }
-
-    /// A pair with what gains `enough` alone and changes the same in the place of one of its effects.
-    fn in_other_forms(
-        &self,
-        pair: &Hypothesis,
-        enough: f64,
-    ) -> Result<Vec<Hypothesis>, InputError> {
-        let mut found = Vec::new();
-        let [one, other] = pair.added[..] else {
-            return Ok(found);
-        };
-        // A play is tried about a coupling by itself, and corrected follows what a coupling does not.
-        let replaced = [(one, other), (other, one)];
-        for (of, kept) in replaced.into_iter().filter(|(of, _)| !springs(of)) {
-            let (Some(alone), Some(values)) = (self.alone(of), values_in(pair, kept)) else {
-                continue;
-            };
-            let changed = self.changes(alone);
-            let in_its_place = |one: &&Hypothesis| {
-                self.explains(one, enough)
-                    && !pair.ids().contains(&one.added[0].id)
-                    && goes_beside(kept, one)
-                    && cosine(&changed, &self.changes(one)) > ONE_IN_TWO_FORMS
-            };
-            for other in self.single.iter().filter(in_its_place).take(MOST_FORMS) {
-                let background = self.background(other);
-                let start = background.as_it_came_out(kept, values.clone());
-                found.extend(self.beside(other, &background, &[(kept, vec![start])])?);
-            }
-        }
-        Ok(found)
     }
 
     /// Whether all effects are asked for beside `first`: it leaves room. What it leaves in few moments alone, or evenly, counts where it is more than

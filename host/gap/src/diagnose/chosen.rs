@@ -1,11 +1,11 @@
 //! The hypothesis that explains most: whether it is accused, what it stands for, and what ties with it.
 
 use super::accuse::{
-    ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, GROWS_WITH_LOAD,
-    LEAST_EVIDENCE, LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE,
-    STANDS_FOR, STEPS_EXPLAIN, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS,
-    UNKNOWN_MOMENTS, UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, explained,
-    follows_acceleration, leaves,
+    ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
+    LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE, STANDS_FOR,
+    STEPS_EXPLAIN, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
+    UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, explained, follows_acceleration,
+    leaves,
 };
 use super::ceiling;
 use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
@@ -34,11 +34,6 @@ const BEHIND_OF_ALL: f64 = 0.3;
 /// where the other one leaves less, what lies below what is open counted. Of 62 opened trials three that named another effect than
 /// was there had the right one so near, 0.04 to 0.34 apart; one was 0.32 from another that left more.
 const CANNOT_TELL: (f64, [f64; 2], [f64; 2]) = (30.0, [0.05, 0.1], [0.25, 0.4]);
-
-/// Share of the gap that friction that grows with load must explain, by itself or beside another effect: it follows errors of the motion whatever is
-/// missing, and leaves as much of records of its own. Of 20 trials with it those 13 that named it were at 0.86 and more; two where another effect was left
-/// out at 0.16 and 0.32.
-const FOLLOWS_LOAD: f64 = 0.6;
 
 /// The best hypothesis beside the simulator alone.
 pub(super) struct Chosen<'a> {
@@ -210,11 +205,8 @@ impl<'a> Chosen<'a> {
         };
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
         let fills = alone && left.fills_a_regime();
-        let mut added = self.best.added.iter();
-        let follows =
-            self.explained < FOLLOWS_LOAD && added.any(|entry| entry.id == GROWS_WITH_LOAD);
         // What noise of the sensor leaves is noise.
-        is_without_noise(self.best) && (stands || fills || follows || depends())
+        is_without_noise(self.best) && (stands || fills || depends())
     }
 
     /// Whether it has a wave whose order was fitted, which may stop beside its own, or stand for what is no wave.

@@ -8,7 +8,7 @@ use super::record::{Record, Stretch};
 use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
-use bristle_plant::effect::{Coupling, Effect, Instant, Plain};
+use bristle_plant::effect::{Coupling, Effect, FELT_S, Instant, Plain};
 use bristle_plant::mechanics::Motion;
 
 /// An axis put together to be followed along one stretch.
@@ -220,6 +220,8 @@ pub fn left_over(
     let mut nodes = Vec::with_capacity(intervals);
     let mut interval_before: Option<(f64, f64)> = None;
     let mut before_rad_s = 0.0;
+    let mut felt_nm: Option<f64> = None;
+    let still_felt = (-step_s / FELT_S).exp();
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
         // A jump of the encoder bends no bristles.
@@ -267,6 +269,12 @@ pub fn left_over(
             now.motion.load_position_rad = position_rad;
             now.motion.load_velocity_rad_s = v;
         }
+        // What was measured is a mean over samples, which a torque that jumps is not.
+        if load.is_none()
+            && let Some(felt_nm) = felt_nm
+        {
+            now.acceleration_rad_s2 = (torque - felt_nm) / (share * inertia);
+        }
         let opposed = if as_measured && !(holds && v == 0.0) {
             let own_nm = match &rubbing {
                 Rubbing::Known(known_nm) => known_nm[k],
@@ -283,6 +291,8 @@ pub fn left_over(
         } else {
             contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
+        let before_nm = felt_nm.unwrap_or(opposed);
+        felt_nm = Some(opposed + still_felt * (before_nm - opposed));
         let balance = torque - opposed;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];

@@ -13,12 +13,17 @@ pub struct Instant {
     pub step_s: f64,
     /// Positions and velocities; in `sensor`, the motor position as the effects before this one left it.
     pub motion: Motion,
-    /// Acceleration of the motor up to the step, rad/s^2; in a simulation as a lag of a quarter of a millisecond lets it through.
+    /// Acceleration of the motor up to the step, rad/s^2: what friction did to it [as that is felt](FELT_S), all else at once.
     pub acceleration_rad_s2: f64,
     /// Mean torque on the rotor over the step as the effects before this one left it, N m; in `actuator` of the first
     /// effect, what the drive puts out.
     pub torque_nm: f64,
 }
+
+/// Effects feel what friction did to the acceleration with such a lag, s. A share mu of friction that depends on friction at once is its own cause:
+/// bristles with stiffness sigma0 and damping sigma1 are unstable at speed where the lag is less than mu sigma1/sigma0, as for a mu of
+/// 0.3 and 8 ms.
+pub const FELT_S: f64 = 2.5e-3;
 
 /// What an effect is added to: the axis without it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -38,7 +38,7 @@ mod sensor_quantization;
 #[cfg(test)]
 pub(crate) mod testing;
 
-pub use hook::{Coupling, Effect, Instant, Plain};
+pub use hook::{Coupling, Effect, FELT_S, Instant, Plain};
 pub use parameter::{Entry, Kind, Parameter, Scale};
 
 use crate::unit::Unit;
