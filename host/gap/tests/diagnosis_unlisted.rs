@@ -106,7 +106,7 @@ fn a_regime_of_a_record_that_a_near_relative_does_not_explain_is_unknown() {
 
 #[test]
 fn friction_that_grows_with_load_stands_for_no_ripple() {
-    // With the acceleration as it is measured it left 2.5 of 3.8 times what is open, and as much of records of its own.
+    // It follows errors of a measured acceleration: by that it leaves 2.5 of 3.8 times what is open, and as much of records of its own.
     let trial = drawn(17830, &["actuator.ripple"]);
     let said = diagnosed(&trial, &["friction.load", "friction.position"]).verdict;
     assert_eq!(said.kind, Kind::Unknown, "{said:?}");
