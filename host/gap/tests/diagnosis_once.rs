@@ -44,3 +44,10 @@ fn a_slow_wave_shows_beside_what_the_simulator_has_taken_of_it() {
     let trial = drawn_with(13375, &[there], 1.0);
     names_alone(&trial, &[there, "actuator.cogging"], there);
 }
+
+#[test]
+fn a_limit_far_below_what_a_controller_asks_for_is_named() {
+    // 6.6 N, a 300th of the reference that winds up behind it.
+    let there = "actuator.saturation";
+    names_alone(&drawn(18327, &[there]), &[there, "actuator.gain"], there);
+}

@@ -111,3 +111,11 @@ fn friction_that_grows_with_load_stands_for_no_ripple() {
     let said = diagnosed(&trial, &["friction.load", "friction.position"]).verdict;
     assert_eq!(said.kind, Kind::Unknown, "{said:?}");
 }
+
+#[test]
+fn a_coupling_that_is_left_out_is_no_play() {
+    // It is one of half the smallest usual gap, which brings no more than the coupling that it stands for.
+    let trial = drawn(18403, &["mechanics.compliance"]);
+    let said = diagnosed(&trial, &["mechanics.backlash", "friction.lag"]).verdict;
+    assert_eq!(said.kind, Kind::Unknown);
+}

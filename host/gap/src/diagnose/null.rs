@@ -5,6 +5,7 @@ use super::axis_at::axis_at;
 use super::candidate::Background;
 use super::fitted_noise::noise_of;
 use super::hypothesis::{Hypothesis, Judge};
+use super::play::PLAY;
 use super::regime::nodes;
 use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
@@ -32,11 +33,13 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let weights = noise.weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, plain.at)?;
     let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
+    let of_play = |h: &Hypothesis| h.ids().contains(&PLAY) && h.model.corrects.is_some();
+    let corrects = search.single.iter().chain(&search.several).any(of_play);
     let found = fit_best(
         &background,
         &screen(&background, entries, &|_| ()),
         entries.len(),
-        true,
+        corrects,
         |_, entry| background.never_zero(entry),
     )?;
     let judge = Judge {

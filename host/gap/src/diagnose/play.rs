@@ -6,7 +6,7 @@ use super::coupling::COUPLING;
 use super::screen::Tried;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until, is_corrected};
-use bristle_plant::effect::Entry;
+use bristle_plant::effect::{ALL, Entry};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -38,6 +38,35 @@ const NO_PLAY: (f64, f64) = (2.0, 0.5);
 /// Whether an effect puts a load behind a spring.
 pub(super) fn springs(entry: &Entry) -> bool {
     [COUPLING, PLAY].contains(&entry.id)
+}
+
+/// What is fitted to tell what a play is: these effects and, where only the play is among them, the coupling, if the `model` has none.
+pub(super) fn with_coupling(entries: &[&'static Entry], model: &Model) -> Vec<&'static Entry> {
+    let of_model = model.effects.iter().map(|added| added.entry);
+    let known: Vec<&Entry> = entries.iter().copied().chain(of_model).collect();
+    let has = |id: &str| known.iter().any(|entry| entry.id == id);
+    let lacks = has(PLAY) && !has(COUPLING);
+    let coupling = ALL.iter().find(|entry| lacks && entry.id == COUPLING);
+    entries.iter().copied().chain(coupling).collect()
+}
+
+/// Takes the coupling out of what was `tried` where the `catalogue` lacks it. A play that does no better only stands for it, whatever else is there:
+/// it is not tried further.
+pub(super) fn without_coupling(catalogue: &mut Vec<&'static Entry>, tried: &mut Vec<Tried>) {
+    if catalogue.iter().any(|entry| entry.id == COUPLING) {
+        return;
+    }
+    let cost = |tried: &[Tried], id: &str| {
+        let one = tried.iter().find(|one| one.entry.id == id);
+        one.map(|one| one.fit.cost)
+    };
+    let stands_for_it = match (cost(tried, PLAY), cost(tried, COUPLING)) {
+        (Some(play), Some(coupling)) => play > coupling - BRINGS.0,
+        _ => false,
+    };
+    let is_kept = |entry: &Entry| entry.id != COUPLING && !(stands_for_it && entry.id == PLAY);
+    tried.retain(|one| is_kept(one.entry));
+    catalogue.retain(|entry| is_kept(entry));
 }
 
 /// Tries the play among `screened` [about the coupling](about_coupling) among `found`, and with its load corrected where the coupling leaves room for a

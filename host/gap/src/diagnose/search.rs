@@ -9,6 +9,7 @@ use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, sort};
 use super::look_again::{look_again, pair_again};
 use super::null::nulls;
 use super::own::Own;
+use super::play::{with_coupling, without_coupling};
 use super::refitted::Refitted;
 use super::round::{Compared, Round, noise_of_best};
 use super::screen::gain;
@@ -63,16 +64,18 @@ pub fn search(
     let noise = noise_of(&fitted.left_over, &own);
     progress(0.1);
 
-    let catalogue: Vec<&'static Entry> = catalogue
+    let mut catalogue: Vec<&'static Entry> = catalogue
         .iter()
         .copied()
         .filter(|entry| model.effects.iter().all(|added| added.entry.id != entry.id))
         .filter(|entry| scale.unit == Unit::Rotary || entry.id != ONCE_A_TURN)
         .collect();
     let fitted_ones: Vec<&'static Entry> = fitted_ones(&catalogue).collect();
-    let (screened, tried) = ground.try_each(&fitted_ones, &noise, &old, &fitted, &|share| {
+    let asked = with_coupling(&fitted_ones, &model);
+    let (screened, mut tried) = ground.try_each(&asked, &noise, &old, &fitted, &|share| {
         progress(0.1 + 0.55 * share)
     })?;
+    without_coupling(&mut catalogue, &mut tried);
     progress(0.65);
 
     // Noise once more, now from the best that was found: what it explains is no noise.
@@ -88,6 +91,7 @@ pub fn search(
     };
     let screened: Vec<(&'static Entry, f64)> = screened
         .into_iter()
+        .filter(|(entry, _)| catalogue.iter().any(|known| known.id == entry.id))
         .map(|(entry, starts)| (entry, gain(&starts)))
         .collect();
     let judged = |round: &Round, from: f64, to: f64| {

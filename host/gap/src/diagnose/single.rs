@@ -1,6 +1,6 @@
 //! Effects one at a time: each fitted jointly with the simulator's own parameters, first roughly and many, then well and few.
 
-use super::accuse::{NOTHING, leaves, leaves_anything};
+use super::accuse::{ACCUSES, NOTHING, grows_with_load, leaves, leaves_anything};
 use super::candidate::{Background, Screened};
 use super::likelihood::Noise;
 use super::regime::Node;
@@ -68,14 +68,22 @@ impl Ground<'_> {
         progress: &dyn Fn(f64),
     ) -> Result<(Vec<Screened>, Vec<Tried>), InputError> {
         let background = self.background(weights, fitted);
-        let screened = screen(&background, entries, &|share| progress(0.65 * share));
         // What is never zero may be far off wherever it is tried, until everything else has moved with it.
         let plays = leaves_anything(noise, self.nodes, &fitted.left_over);
+        let screened = screen(&background, entries, &|share| progress(0.65 * share));
         let mut found = fit_best(&background, &screened, FITTED, plays, |_, entry| {
             background.never_zero(entry)
         })?;
         progress(0.8);
-        if let Some(believed) = self.believed(noise, weights, fitted)? {
+        // Where what strayed comes back with an effect that leaves nothing, it stood for that.
+        let best = found
+            .iter()
+            .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        let came_back = best.is_some_and(|best| {
+            !leaves_anything(noise, self.nodes, &best.fit.left_over)
+                && !strayed(&best.model, &best.fit.at)
+        });
+        if !came_back && let Some(believed) = self.believed(noise, weights, fitted)? {
             let background = self.background(weights, &believed);
             let screened = screen(&background, entries, &|share| progress(0.8 + 0.2 * share));
             let others = fit_best(&background, &screened, FITTED, plays, |_, entry| {
@@ -182,6 +190,20 @@ impl Ground<'_> {
         };
         let mut fitted = again(self.model, fitted)?;
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
+        let above = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
+        // Beside a simulator that leaves nothing, what grows with load is only accused for what it gains above what is open.
+        let nothing = !leaves(noise, self.nodes, &fitted.left_over, NOTHING);
+        let gains = above(&fitted) + 0.5 * ACCUSES;
+        let idle = |model: &Model, fit: &Fit| {
+            let grows = model.effects.last();
+            nothing && grows.is_some_and(|added| grows_with_load(added.entry)) && above(fit) < gains
+        };
+        let again = |model: &Model, fit: Fit| {
+            if idle(model, &fit) {
+                return fit_at(model, self.records, weights, fit.at);
+            }
+            again(model, fit)
+        };
         tried.sort_by(|a, b| density(&b.fit).total_cmp(&density(&a.fit)));
         let mut further = tried.split_off(POLISHED.min(tried.len()));
         tried = each(tried, again)?;
@@ -189,7 +211,6 @@ impl Ground<'_> {
             && !leaves(noise, self.nodes, &best.left_over, NOTHING)
         {
             let enough = density(best) - BEHIND * (density(best) - density(&fitted));
-            let above = |fit: &Fit| noise.log_density(self.nodes, &fit.left_over);
             let enough_above = above(best) + WORTH_KEEPING;
             further.retain(|one| density(&one.fit) >= enough || above(&one.fit) > enough_above);
         }
@@ -210,18 +231,21 @@ impl Ground<'_> {
         let explained = tried
             .first()
             .is_some_and(|best| !leaves(noise, self.nodes, &best.fit.left_over, NOTHING));
-        let mut polished = POLISHED.min(tried.len());
-        if explained {
-            // What hardly does anything beside it is ranked as it is.
-            let worth_a_fit = worth(1.0 - BEHIND, &tried);
-            let first = tried[..polished].iter();
-            polished = first.filter(|one| one.fit.cost <= worth_a_fit).count();
-        } else {
+        if !explained {
             tried = each(tried, |with, kept| {
                 no_worse(with, kept, &fitted, self.records, weights)
             })?;
         }
-        further = tried.split_off(polished);
+        further = tried.split_off(POLISHED.min(tried.len()));
+        if explained {
+            let worth_a_fit = worth(1.0 - BEHIND, &tried);
+            // What hardly does anything beside the best one is ranked as it is.
+            let (mut as_they_are, polished): (Vec<Tried>, Vec<Tried>) = tried
+                .into_iter()
+                .partition(|one| one.fit.cost > worth_a_fit || idle(&one.model, &one.fit));
+            as_they_are.append(&mut further);
+            (tried, further) = (polished, as_they_are);
+        }
         tried = each(tried, |model, fit| {
             fit_on(model, self.records, weights, fit)
         })?;

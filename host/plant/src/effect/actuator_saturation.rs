@@ -22,7 +22,11 @@ pub(super) const ENTRY: Entry = Entry {
     parameters: &[Parameter::new(
         ["limit_nm", "limit_n"],
         Kind::Limit,
-        |scale| [0.3 * scale.top_torque_nm, scale.top_torque_nm],
+        // What a limit cuts a controller may ask for without end; what the axis moves with is more than friction.
+        |scale| {
+            let high = scale.top_torque_nm;
+            [0.3 * high.min(10.0 * scale.coulomb_nm), high]
+        },
     )],
     build: |values, _| {
         Box::new(Saturation {
