@@ -101,6 +101,24 @@ fn what_the_method_leaves_of_logs_without_noise_stands_for_nothing() {
     }
 }
 
+#[test]
+fn bristles_that_drift_under_noise_are_no_gap() {
+    // Held, they let go of two fifths of their load within a second while the axis moves by a count or two.
+    let text = "[axis]\ninertia_kg_m2 = 2.0e-4\ncounts_per_rev = 65536\n[friction]\nmodel = \"lugre\"\n\
+        coulomb_nm = 0.05\nstiction_nm = 0.065\nstribeck_velocity_rad_s = 0.8\nstiffness_nm_rad = 30.0\n\
+        damping_nm_s_rad = 0.05\nviscous_nm_s_rad = 0.002\n[observer]\nrate_hz = 1000\n";
+    let axis = AxisFile::parse(text, Path::new("axis.toml")).unwrap();
+    let experiments = [
+        (Named::Multisine, 12.0),
+        (Named::Ladder, 15.0),
+        (Named::Moves, 15.0),
+    ];
+    let logs = logs_of(&axis, &experiments, 5e-4);
+    let accused = ["friction.load", "friction.nonlocal", "friction.dwell"];
+    let said = diagnosed(&axis, &logs, &accused).diagnosis.verdict;
+    assert_eq!(said.kind, Kind::None, "{said:?}");
+}
+
 /// What is said of the trial of a seed without an effect that may accuse this one.
 fn said_of_clean(seed: u64, accused: &str) -> (Kind, Vec<String>) {
     let clean = Wanted {

@@ -110,6 +110,13 @@ impl Affected {
         })
     }
 
+    /// Lets bristles of a stiffness that slip however little they are bent slip by so much to and fro, at a velocity.
+    pub fn slip(&mut self, slips_rad: f64, velocity_rad_s: f64, stiffness_nm_rad: f64) {
+        let level_nm = self.contact.level_nm(velocity_rad_s);
+        let kept = (-stiffness_nm_rad * slips_rad / level_nm).exp();
+        self.contact.rescale(kept);
+    }
+
     /// Bristle deflection, rad.
     pub fn deflection_rad(&self) -> f64 {
         self.contact.deflection_rad()

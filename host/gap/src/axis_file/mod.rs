@@ -233,6 +233,11 @@ impl FrictionModel {
                 | Self::Lugre
         )
     }
+
+    /// Whether bristles slip however little they are bent: under a load that is shaken they drift.
+    pub fn drifts(self) -> bool {
+        matches!(self, Self::BlimanSorine | Self::Dahl | Self::Lugre)
+    }
 }
 
 named! {

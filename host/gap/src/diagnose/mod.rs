@@ -12,6 +12,7 @@ mod closed;
 mod confusable;
 mod coupling;
 mod credit;
+mod drift;
 mod fitted_noise;
 mod held_out;
 mod hypothesis;

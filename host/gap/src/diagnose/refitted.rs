@@ -1,5 +1,6 @@
 //! The simulator alone, fitted to the records: what every effect is laid against.
 
+use super::drift::put_drift;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::own::Own;
 use super::regime::{Node, nodes};
@@ -43,11 +44,22 @@ impl Refitted {
         let model = Model::base(believed, &records, DOUBT)?;
         let as_given = model.left_over(&records, &model.start())?;
         put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
-        let records: Arc<[Record]> = records.into();
-        let own_as_given = own_left_over(&model, &model.start(), &records, &scale);
-        let (weights, fitted) = refit(&model, &records, &nodes, &as_given, &own_as_given)?;
+        let start = model.start();
+        let refitted = |records: &[Record]| {
+            let as_given = model.left_over(records, &start)?;
+            let own = own_left_over(&model, &start, records, &scale);
+            let (weights, fitted) = refit(&model, records, &nodes, &as_given, &own)?;
+            Ok::<_, InputError>((as_given, own, weights, fitted))
+        };
+        let drifts = put_drift(&mut records, &model, &start, &nodes)?;
+        let mut found = refitted(&records)?;
+        // Drift that parameters hide which are off shows once they are refitted.
+        if !drifts && put_drift(&mut records, &model, &found.3.at, &nodes)? {
+            found = refitted(&records)?;
+        }
+        let (as_given, own_as_given, weights, fitted) = found;
         Ok(Self {
-            records,
+            records: records.into(),
             scale,
             nodes,
             model,

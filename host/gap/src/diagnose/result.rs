@@ -10,6 +10,7 @@ use super::tried::Search;
 use super::verdict::{Kind, Verdict};
 use crate::believed::Believed;
 use crate::inverse::Owner;
+use crate::report::short;
 use bristle_plant::Unit;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -164,9 +165,22 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
         closed(search, &verdict.ranked[i].0.held_out)
     });
     let says_effect = !named.is_empty();
-    let notes = search.is_unlisted().then(|| {
+    let unlisted = search.is_unlisted().then(|| {
         "positions show noise or lost counts of a sensor effect that was left out of the candidates"
             .to_string()
+    });
+    let shaken = search
+        .records
+        .first()
+        .filter(|record| record.shakes_nm > 0.0);
+    let drift = shaken.map(|record| {
+        format!(
+            "bristles let go of what they hold as under torque noise on the rotor of {} {} rms in samples of {} s, which is part of \
+             the simulator here",
+            short(record.shakes_nm),
+            unit.effort(),
+            short(record.step_s)
+        )
     });
     Diagnosis {
         schema: SCHEMA,
@@ -200,7 +214,7 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
         },
         moved: verdict.moved.clone(),
         reproduced: Vec::new(),
-        notes: notes.into_iter().collect(),
+        notes: unlisted.into_iter().chain(drift).collect(),
         candidates,
     }
 }

@@ -10,6 +10,8 @@ use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
 use bristle_plant::effect::{Coupling, Effect, FELT_S, Instant, Plain};
 use bristle_plant::mechanics::Motion;
+use statrs::function::erf::erfc;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
 /// An axis put together to be followed along one stretch.
 pub struct Running {
@@ -33,6 +35,8 @@ pub struct Running {
     pub skew_samples: f64,
     /// The effort is taken as so many times what was recorded.
     pub times: f64,
+    /// Speed that noise on the rotor gives bristles which drift under it, rms, rad/s.
+    pub shaken_rad_s: f64,
     /// Damping ratio that a correction by what the balance lacks gives the errors of a load, where it corrects it.
     pub corrects: Option<f64>,
 }
@@ -291,6 +295,10 @@ pub fn left_over(
         } else {
             contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
+        let shaken = shaken(v, running.shaken_rad_s);
+        if let Some(stiffness) = running.stiffness_nm_rad.filter(|_| shaken > 0.0) {
+            contact.slip(shaken * step_s, v, stiffness);
+        }
         let before_nm = felt_nm.unwrap_or(opposed);
         felt_nm = Some(opposed + still_felt * (before_nm - opposed));
         let balance = torque - opposed;
@@ -306,6 +314,17 @@ pub fn left_over(
         }
     }
     record.kernel.apply(&mut nodes, out);
+}
+
+/// By how much the mean speed is more than that of the mean velocity where white noise shakes it, rad/s.
+fn shaken(velocity_rad_s: f64, rms_rad_s: f64) -> f64 {
+    let times = velocity_rad_s.abs() / rms_rad_s;
+    // A Gaussian beyond five of its widths is of the other sign once in three million.
+    if rms_rad_s == 0.0 || times > 5.0 {
+        return 0.0;
+    }
+    let density = (-0.5 * times * times).exp() * FRAC_2_PI.sqrt();
+    rms_rad_s * (density - times * erfc(times * FRAC_1_SQRT_2))
 }
 
 /// Velocity at each sample of a motion that goes so far between samples, by cubic interpolation of that; where there is no room,

@@ -329,6 +329,18 @@ impl Point {
         }
     }
 
+    /// Rms speed that noise on the rotor gives it on bristles that drift: white torque of density S moves an inertia J that a spring holds and c
+    /// damps by S/(2 c J). Source: Crandall, Mark, "Random Vibration in Mechanical Systems", 1963, eq. 2.32.
+    fn shaken_rad_s(&self, record: &Record) -> f64 {
+        let believed = &self.believed;
+        let damping = believed.damping_nm_s_rad + believed.viscous_nm_s_rad;
+        if !believed.model.drifts() || damping <= 0.0 {
+            return 0.0;
+        }
+        let density = record.shakes_nm.powi(2) * record.step_s;
+        (density / (2.0 * damping * believed.whole_inertia_kg_m2())).sqrt()
+    }
+
     /// How much later than recorded the effort acts, samples: by so many seconds, and by what the drive takes.
     fn skew_samples(&self, record: &Record, later_s: f64) -> f64 {
         later_s / record.step_s + record.delay_samples(self.believed.drive)
@@ -377,6 +389,7 @@ impl Point {
             }),
             skew_samples: self.skew_samples(record, delay_s),
             times,
+            shaken_rad_s: self.shaken_rad_s(record),
             corrects: self.corrects,
         })
     }

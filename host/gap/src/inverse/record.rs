@@ -56,6 +56,8 @@ pub struct Record {
     pub effort_noise_nm: f64,
     /// Torque noise on the rotor that the effort does not show, N m rms a sample, where it is known.
     pub rotor_noise_nm: f64,
+    /// Torque noise on the rotor that bristles drift by, which may be in the effort, too, N m rms a sample, where it is known.
+    pub shakes_nm: f64,
     /// Travel of a count as the axis file says it, or of the grid that the positions show if that is coarser, rad.
     pub rad_per_count: f64,
     /// What the positions say of their sensor.
@@ -187,6 +189,7 @@ impl Record {
             position_noise_rad: still_rad,
             effort_noise_nm,
             rotor_noise_nm: 0.0,
+            shakes_nm: 0.0,
             rad_per_count,
             sensor,
             lacks_nm: Vec::new(),

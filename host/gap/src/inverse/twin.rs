@@ -58,7 +58,11 @@ fn twin(
         axis.rad_per_count(),
     );
     // Without noise it would be seen through a longer one, in which errors of single moments average out.
-    Record::of_sensor(&log, &file, axis, &[], sensor).map(|twin| twin.seen_through(record.kernel))
+    let twin = Record::of_sensor(&log, &file, axis, &[], sensor)?;
+    Ok(Record {
+        shakes_nm: noise_times * record.shakes_nm,
+        ..twin.seen_through(record.kernel)
+    })
 }
 
 fn log_of(
