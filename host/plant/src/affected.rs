@@ -194,6 +194,17 @@ mod tests {
     }
 
     #[test]
+    fn bristles_that_slip_to_and_fro_let_go() {
+        let mut affected = Affected::new(bristles(), &[]);
+        affected.bear(0.01, 10.0, SAMPLE_S);
+        let bent_rad = affected.deflection_rad();
+        // Half of it by ln 2 of the 2 mrad that they slide at.
+        affected.slip(2e-3 * 2.0_f64.ln(), 0.0, 10.0);
+        let left = affected.deflection_rad() / bent_rad;
+        assert!((left - 0.5).abs() < 1e-6, "{left}");
+    }
+
+    #[test]
     fn what_is_bent_stays_bent_while_the_level_changes() {
         let mut step = under(
             "friction.thermal",

@@ -295,9 +295,9 @@ pub fn left_over(
         } else {
             contact.step(&mut running.effects, &now, torque - accelerates_nm)
         };
-        let shaken = shaken(v, running.shaken_rad_s);
-        if let Some(stiffness) = running.stiffness_nm_rad.filter(|_| shaken > 0.0) {
-            contact.slip(shaken * step_s, v, stiffness);
+        let shakes_rad_s = beyond_mean(v, running.shaken_rad_s);
+        if let Some(stiffness) = running.stiffness_nm_rad.filter(|_| shakes_rad_s > 0.0) {
+            contact.slip(shakes_rad_s * step_s, v, stiffness);
         }
         let before_nm = felt_nm.unwrap_or(opposed);
         felt_nm = Some(opposed + still_felt * (before_nm - opposed));
@@ -317,7 +317,7 @@ pub fn left_over(
 }
 
 /// By how much the mean speed is more than that of the mean velocity where white noise shakes it, rad/s.
-fn shaken(velocity_rad_s: f64, rms_rad_s: f64) -> f64 {
+fn beyond_mean(velocity_rad_s: f64, rms_rad_s: f64) -> f64 {
     let times = velocity_rad_s.abs() / rms_rad_s;
     // A Gaussian beyond five of its widths is of the other sign once in three million.
     if rms_rad_s == 0.0 || times > 5.0 {

@@ -329,8 +329,8 @@ impl Point {
         }
     }
 
-    /// Rms speed that noise on the rotor gives it on bristles that drift: white torque of density S moves an inertia J that a spring holds and c
-    /// damps by S/(2 c J). Source: Crandall, Mark, "Random Vibration in Mechanical Systems", 1963, eq. 2.32.
+    /// Rms speed that noise on the rotor gives it on bristles that drift. White torque of density S, N^2 m^2 s, puts a power of S/(2 J) into an
+    /// inertia J, whatever holds it, and a damping c takes c v^2 out: v^2 = S/(2 c J).
     fn shaken_rad_s(&self, record: &Record) -> f64 {
         let believed = &self.believed;
         let damping = believed.damping_nm_s_rad + believed.viscous_nm_s_rad;
