@@ -72,12 +72,12 @@ fn least(one: (f64, f64), other: (f64, f64)) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::super::regime::nodes;
+    use super::super::testing::record;
     use super::*;
     use crate::axis_file::{AxisFile, FrictionModel};
-    use crate::believed::{Believed, Noise};
+    use crate::believed::Believed;
     use crate::experiments::Named;
     use crate::inverse::scale;
-    use crate::simulate::{Input, simulate};
     use bristle_plant::Unit;
     use std::path::Path;
 
@@ -90,17 +90,7 @@ mod tests {
         file.friction.stiffness = Some(30.0);
         file.friction.damping = Some(0.05);
         let believed = Believed::new(&file, Path::new("axis.toml")).unwrap();
-        let noise = Noise {
-            torque_nm,
-            position_rad: 0.0,
-        };
-        let record = |&named: &Named| {
-            let input = Input::Experiment(named, 10.0);
-            let log = simulate(&input, &file, &believed, noise, 1, |_| ())
-                .unwrap()
-                .log(Unit::Rotary, Path::new(named.name()));
-            Record::new(&log, &file, &believed, &[]).unwrap()
-        };
+        let record = |&named: &Named| record(named, 10.0, &file, &believed, torque_nm);
         let mut records: Vec<Record> = experiments.iter().map(record).collect();
         let model = Model::base(&believed, &records, 0.15).unwrap();
         let scale = scale(&believed, &records);

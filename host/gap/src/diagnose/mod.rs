@@ -44,6 +44,8 @@ mod sound;
 mod spectrum;
 mod starts;
 mod sudden;
+#[cfg(test)]
+mod testing;
 mod tone;
 mod tried;
 mod verdict;

@@ -33,6 +33,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let weights = noise.weights(&nodes);
     let plain = fit(&base.model, &twins, &weights, plain.at)?;
     let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
+    // A play's null follows its load as the play's own fit does.
     let of_play = |h: &Hypothesis| h.ids().contains(&PLAY) && h.model.corrects.is_some();
     let corrects = search.single.iter().chain(&search.several).any(of_play);
     let found = fit_best(

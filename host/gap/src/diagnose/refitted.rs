@@ -42,22 +42,24 @@ impl Refitted {
         let scale = scale(believed, &records);
         let nodes = nodes(&records, scale.z_ss_rad);
         let model = Model::base(believed, &records, DOUBT)?;
-        let as_given = model.left_over(&records, &model.start())?;
-        put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
         let start = model.start();
-        let refitted = |records: &[Record]| {
-            let as_given = model.left_over(records, &start)?;
+        let mut as_given = model.left_over(&records, &start)?;
+        put_rotor_noise(&mut records, &model, &nodes, &as_given, &scale);
+        let refitted = |records: &[Record], as_given: &[f64]| {
             let own = own_left_over(&model, &start, records, &scale);
-            let (weights, fitted) = refit(&model, records, &nodes, &as_given, &own)?;
-            Ok::<_, InputError>((as_given, own, weights, fitted))
+            let (weights, fitted) = refit(&model, records, &nodes, as_given, &own)?;
+            Ok::<_, InputError>((own, weights, fitted))
         };
         let drifts = put_drift(&mut records, &model, &start, &nodes)?;
-        let mut found = refitted(&records)?;
-        // Drift that parameters hide which are off shows once they are refitted.
-        if !drifts && put_drift(&mut records, &model, &found.3.at, &nodes)? {
-            found = refitted(&records)?;
+        if drifts {
+            as_given = model.left_over(&records, &start)?;
         }
-        let (as_given, own_as_given, weights, fitted) = found;
+        let (mut own_as_given, mut weights, mut fitted) = refitted(&records, &as_given)?;
+        // Drift that parameters hide which are off shows once they are refitted.
+        if !drifts && put_drift(&mut records, &model, &fitted.at, &nodes)? {
+            as_given = model.left_over(&records, &start)?;
+            (own_as_given, weights, fitted) = refitted(&records, &as_given)?;
+        }
         Ok(Self {
             records: records.into(),
             scale,

@@ -68,12 +68,12 @@ fn second_difference(kernel: Kernel) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::regime::nodes;
+    use super::super::testing::record;
     use super::*;
     use crate::axis_file::AxisFile;
-    use crate::believed::{Believed, Noise};
+    use crate::believed::Believed;
     use crate::experiments::Named;
     use crate::inverse::scale;
-    use crate::simulate::{Input, simulate};
     use bristle_plant::Unit;
     use std::path::Path;
 
@@ -83,17 +83,7 @@ mod tests {
         file.friction.coulomb = Some(0.03);
         file.friction.viscous = Some(1e-4);
         let believed = Believed::new(&file, Path::new("axis.toml")).unwrap();
-        let noise = Noise {
-            torque_nm,
-            position_rad: 0.0,
-        };
-        let record = |named: Named| {
-            let input = Input::Experiment(named, 30.0);
-            let log = simulate(&input, &file, &believed, noise, 1, |_| ())
-                .unwrap()
-                .log(Unit::Rotary, Path::new(named.name()));
-            Record::new(&log, &file, &believed, &[]).unwrap()
-        };
+        let record = |named: Named| record(named, 30.0, &file, &believed, torque_nm);
         let mut records = vec![record(Named::Sine), record(Named::Ladder)];
         let model = Model::base(&believed, &records, 0.15).unwrap();
         let scale = scale(&believed, &records);
