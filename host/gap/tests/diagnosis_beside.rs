@@ -20,7 +20,7 @@ fn names_both(seed: u64, truth: [&'static str; 2], others: [&str; 2]) {
 fn bristles_are_found_beside_an_effect_that_explains_all_above_what_is_open() {
     // Alone they are hidden by the cogging, and beside it they gain below what is open only.
     let truth = ["friction.presliding", "actuator.cogging"];
-    names_both(12229, truth, ["friction.dwell", "mechanics.offset"]);
+    names_both(12230, truth, ["friction.dwell", "mechanics.offset"]);
 }
 
 #[test]

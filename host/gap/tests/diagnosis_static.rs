@@ -21,11 +21,13 @@ fn named(seed: u64, effect: &'static str) -> (Kind, Vec<String>) {
 
 #[test]
 fn bristles_that_are_missing_are_named_and_told_apart() {
-    // In the last one elements that slide one after the other gain a twentieth more than the bristles that are there.
+    // In the last but one elements that slide one after the other gain a twentieth more than the bristles that are there; those of the last one
+    // creep under any load.
     for (seed, effect) in [
         (3239, "friction.presliding"),
         (3237, "friction.nonlocal"),
         (12415, "friction.presliding"),
+        (313, "friction.presliding"),
     ] {
         let (kind, effects) = named(seed, effect);
         assert_eq!(

@@ -7,17 +7,16 @@
 use super::closed::{Closed, closed};
 use super::fitted_noise::own_records;
 use super::hypothesis::Hypothesis;
-use super::regime::{FOLDS, Node, Regime};
+use super::regime::Node;
+use super::ridge::Seen;
 use super::tried::Search;
 use crate::inverse::Record;
 use crate::signal::{extent, rms, weighted_squares};
 use bristle_plant::Unit;
 use bristle_plant::effect::Scale;
-use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
-use rayon::prelude::*;
 use std::cell::LazyCell;
 use std::f64::consts::TAU;
 
@@ -31,8 +30,6 @@ const AVERAGED: [usize; 2] = [2, 4];
 const STEEP: [f64; 2] = [0.5, 6.0];
 /// Waves a turn, or over the stroke of a linear axis.
 const ORDERS: [f64; 2] = [1.0, 60.0];
-/// Ridges that are tried, where a weighted rest of one is noise.
-const RIDGES: [f64; 6] = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
 
 /// The share of the gap of the refitted simulator that such a black box closes.
 pub fn ceiling(search: &Search) -> Closed {
@@ -129,12 +126,10 @@ impl Averaged {
     fn depends(&self, records: &[Record], scale: &Scale, spreads_nm: &[f64]) -> f64 {
         let weights = self.weights(spreads_nm);
         let seen = Seen {
-            records,
-            scale,
             nodes: &self.nodes,
             weights: &weights,
         };
-        let left_over = seen.left_over(&self.rest_nm, WAVES_OF_ONE);
+        let left_over = left_over(&seen, records, scale, &self.rest_nm, WAVES_OF_ONE);
         self.squares(spreads_nm) - weighted_squares(&left_over, &weights)
     }
 }
@@ -142,109 +137,25 @@ impl Averaged {
 /// What a black box leaves over of a rest, N m; nodes that no one fits, and those at rest, as they are.
 fn left_over_of_all(search: &Search, rest_nm: &[f64]) -> Vec<f64> {
     let seen = Seen {
-        records: &search.records,
-        scale: &search.scale,
         nodes: &search.nodes,
         weights: &search.weights,
     };
-    seen.left_over(rest_nm, WAVES)
+    left_over(&seen, &search.records, &search.scale, rest_nm, WAVES)
 }
 
-/// Nodes that a black box sees, and how much each counts.
-struct Seen<'a> {
-    records: &'a [Record],
-    scale: &'a Scale,
-    nodes: &'a [Node],
-    weights: &'a [f64],
-}
-
-impl Seen<'_> {
-    /// What so many waves over so many variables leave over of a rest at each node, N m, each part of the data by what the others say.
-    fn left_over(&self, rest_nm: &[f64], waves: (usize, usize)) -> Vec<f64> {
-        let Self { nodes, weights, .. } = *self;
-        let counts = |i: &usize| {
-            let node = &nodes[*i];
-            !node.excluded && node.regime != Regime::Rest && weights[*i] > 0.0
-        };
-        let variables = Variables::new(self.records, self.scale, nodes);
-        let waves = drawn(variables.scaled.len(), self.scale.unit, waves);
-        let folds: Vec<Fold> = (0..FOLDS)
-            .into_par_iter()
-            .map(|fold| {
-                let rows: Vec<usize> = (0..nodes.len())
-                    .filter(|i| nodes[*i].fold == fold)
-                    .filter(counts)
-                    .collect();
-                let seen = DMatrix::from_fn(rows.len(), waves.len(), |row, wave| {
-                    weights[rows[row]] * variables.wave(&waves[wave], rows[row])
-                });
-                let rest = DVector::from_iterator(
-                    rows.len(),
-                    rows.iter().map(|&i| weights[i] * rest_nm[i]),
-                );
-                Fold {
-                    square: seen.tr_mul(&seen),
-                    slope: seen.tr_mul(&rest),
-                    rows,
-                    seen,
-                    rest,
-                }
-            })
-            .collect();
-        // For each part of the data and ridge what is left of the rest, weighted.
-        let left: Vec<Vec<DVector<f64>>> = (0..FOLDS)
-            .into_par_iter()
-            .map(|fold| {
-                let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
-                let mut square = DMatrix::zeros(waves.len(), waves.len());
-                let mut slope = DVector::zeros(waves.len());
-                for (_, other) in others {
-                    square += &other.square;
-                    slope += &other.slope;
-                }
-                let here = &folds[fold];
-                RIDGES
-                    .iter()
-                    .map(|&ridge| {
-                        let mut square = square.clone();
-                        for i in 0..waves.len() {
-                            square[(i, i)] += ridge;
-                        }
-                        match Cholesky::new(square) {
-                            Some(root) => &here.rest - &here.seen * root.solve(&slope),
-                            None => here.rest.clone(),
-                        }
-                    })
-                    .collect()
-            })
-            .collect();
-        let mut out = rest_nm.to_vec();
-        for (fold, here) in folds.iter().enumerate() {
-            // The ridge that does best on the other parts.
-            let squares = |ridge: usize| -> f64 {
-                let others = left.iter().enumerate().filter(|(at, _)| *at != fold);
-                others.map(|(_, left)| left[ridge].norm_squared()).sum()
-            };
-            let others = folds.iter().enumerate().filter(|(at, _)| *at != fold);
-            let unexplained: f64 = others.map(|(_, other)| other.rest.norm_squared()).sum();
-            let best = (0..RIDGES.len()).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
-            if let Some(best) = best.filter(|&best| squares(best) < unexplained) {
-                for (&i, left) in here.rows.iter().zip(left[fold][best].iter()) {
-                    out[i] = left / weights[i];
-                }
-            }
-        }
-        out
-    }
-}
-
-/// A part of the data: its nodes, waves at each, and the rest, all weighted.
-struct Fold {
-    rows: Vec<usize>,
-    seen: DMatrix<f64>,
-    rest: DVector<f64>,
-    square: DMatrix<f64>,
-    slope: DVector<f64>,
+/// What so many waves over so many variables leave over of a rest at each node, N m.
+fn left_over(
+    seen: &Seen<'_>,
+    records: &[Record],
+    scale: &Scale,
+    rest_nm: &[f64],
+    waves: (usize, usize),
+) -> Vec<f64> {
+    let variables = Variables::new(records, scale, seen.nodes);
+    let waves = drawn(variables.scaled.len(), scale.unit, waves);
+    seen.left_over(rest_nm, waves.len(), |node, wave| {
+        variables.wave(&waves[wave], node)
+    })
 }
 
 /// A wave: its phase, that of each variable it runs over, and its order over position, if it does.
@@ -374,7 +285,7 @@ fn turned(records: &[Record], nodes: &[Node]) -> Vec<f64> {
 }
 
 /// From -1 to 1 over the range of values.
-fn scaled(values: Vec<f64>) -> Vec<f64> {
+pub(super) fn scaled(values: Vec<f64>) -> Vec<f64> {
     let (low, high) = extent(&values);
     let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
     let middle = 0.5 * (low + high);
@@ -382,7 +293,7 @@ fn scaled(values: Vec<f64>) -> Vec<f64> {
 }
 
 /// The same, with what is small drawn apart.
-fn bent(values: Vec<f64>) -> Vec<f64> {
+pub(super) fn bent(values: Vec<f64>) -> Vec<f64> {
     let rms = rms(values.iter().copied()).max(f64::MIN_POSITIVE);
     scaled(
         values

@@ -11,6 +11,7 @@ use super::ceiling;
 use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
 use super::left::Left;
 use super::moved::Moved;
+use super::own_form::in_own_form;
 use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
@@ -180,16 +181,37 @@ impl<'a> Chosen<'a> {
         self.is_shown() || of_noise(self.best)
     }
 
-    /// Whether it stands for something that no list has: it leaves what no effect leaves that is there, or what depends smoothly on where an
-    /// axis is and how it moves.
+    /// Whether it stands for something that no list has.
     pub(super) fn stands_for_another(&self, left: &Left) -> bool {
+        self.leaves_another(left) && !self.is_in_another_form()
+    }
+
+    /// Whether another form of it would leave no more than effects that are there do.
+    fn is_in_another_form(&self) -> bool {
+        in_own_form(self.search, self.best).is_some_and(|held_out| {
+            let other = Hypothesis {
+                held_out,
+                ..self.best.clone()
+            };
+            let left = Left::new(self.search, &other);
+            let takes_all = self.search.weighted_squares(&other) < TAKES_ALL_BUT * self.squares[0];
+            let is_unexplained = left.is_unexplained()
+                || left.is_unexplained_in_sliding()
+                || left.moments > LEAVES_MOMENTS.0;
+            (takes_all || !is_unexplained) && !left.fills_a_regime()
+        })
+    }
+
+    /// Whether it leaves what no effect leaves that is there, or what depends smoothly on where an axis is and how it moves.
+    fn leaves_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
         let alone = self.best.added.len() == 1;
         let (of_little, share) = LEAVES_OF_LITTLE;
         let is_unexplained =
             left.is_unexplained() || alone && self.explained < share && left.is_beyond(of_little);
         let named_below = |share: f64| alone || self.explained < share;
-        let of_all = (is_unexplained || left.is_unexplained_in_sliding()) && !self.has_free_order();
+        let of_all = (is_unexplained || left.is_unexplained_in_sliding())
+            && (alone || !self.has_free_order());
         let of_moments =
             left.moments > LEAVES_MOMENTS.0 && self.squares[1] > LEAVES_MOMENTS.1 * self.squares[0];
         let leaves = [of_all, of_moments]
@@ -209,7 +231,7 @@ impl<'a> Chosen<'a> {
         is_without_noise(self.best) && (stands || fills || depends())
     }
 
-    /// Whether it has a wave whose order was fitted, which may stop beside its own, or stand for what is no wave.
+    /// Whether it has a wave whose order was fitted: beside another effect it may stop beside its own, or stand for what is no wave.
     fn has_free_order(&self) -> bool {
         let model = &self.best.model;
         model.free.iter().any(|free| {

@@ -1,0 +1,69 @@
+//! An effect in another form than the catalogue's is that effect, and what does not act as it does is not.
+
+mod common;
+
+use bristle_gap::AxisFile;
+use bristle_gap::axis_file::EffectEntry;
+use bristle_gap::diagnose::Kind;
+use bristle_gap::experiments::Named;
+use common::{diagnosed, effect, logs_of};
+use std::path::Path;
+
+const AXIS: &str = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[friction]\nmodel = \"elasto-plastic\"\n\
+    coulomb_nm = 0.02\nstiction_nm = 0.022\nstribeck_velocity_rad_s = 1.0\nstiffness_nm_rad = 20\n\
+    damping_nm_s_rad = 0.02\nviscous_nm_s_rad = 0.001\n[drive]\ntorque_limit_nm = 0.2\nspeed_limit_rad_s = 40\n\
+    [observer]\nrate_hz = 2000\n";
+
+/// What is named on an axis with all of these, of a few effects.
+fn named(there: Vec<EffectEntry>) -> (Kind, Vec<String>) {
+    let path = Path::new("axis.toml");
+    let axis = AxisFile::parse(AXIS, path).unwrap();
+    let mut truth = axis.clone();
+    truth.effects = there;
+    let logs = logs_of(
+        &truth,
+        &[(Named::Ladder, 6.0), (Named::Reversals, 4.0)],
+        3e-3,
+    );
+    let accused = ["friction.lag", "friction.position", "mechanics.offset"];
+    let said = diagnosed(&axis, &logs, &accused).diagnosis.verdict;
+    (said.kind, said.effects)
+}
+
+/// Friction that varies once a turn.
+fn tight_spot() -> EffectEntry {
+    effect(
+        "friction.position",
+        &[("amplitude_share", 0.3), ("order_per_rev", 1.0)],
+    )
+}
+
+#[test]
+fn friction_over_position_is_named_though_it_is_no_sine() {
+    let harmonic = effect(
+        "friction.position",
+        &[
+            ("amplitude_share", 0.06),
+            ("order_per_rev", 3.0),
+            ("phase_rad", 1.0),
+        ],
+    );
+    let (kind, effects) = named(vec![tight_spot(), harmonic]);
+    assert_eq!(
+        (kind, &effects[..]),
+        (Kind::Effect, &["friction.position".to_string()][..])
+    );
+}
+
+#[test]
+fn a_torque_over_position_beside_it_is_no_form_of_it() {
+    let cogging = effect(
+        "actuator.cogging",
+        &[
+            ("amplitude_nm", 0.0012),
+            ("order_per_rev", 3.0),
+            ("phase_rad", 1.0),
+        ],
+    );
+    assert_eq!(named(vec![tight_spot(), cogging]).0, Kind::Unknown);
+}
