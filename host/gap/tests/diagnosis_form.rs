@@ -4,7 +4,7 @@ mod common;
 
 use bristle_gap::AxisFile;
 use bristle_gap::axis_file::EffectEntry;
-use bristle_gap::diagnose::Kind;
+use bristle_gap::diagnose::{Diagnosis, Kind};
 use bristle_gap::experiments::Named;
 use common::{diagnosed, effect, logs_of};
 use std::path::Path;
@@ -14,8 +14,8 @@ const AXIS: &str = "[axis]\ninertia_kg_m2 = 1e-4\ncounts_per_rev = 65536\n[frict
     damping_nm_s_rad = 0.02\nviscous_nm_s_rad = 0.001\n[drive]\ntorque_limit_nm = 0.2\nspeed_limit_rad_s = 40\n\
     [observer]\nrate_hz = 2000\n";
 
-/// What is named on an axis with all of these, of a few effects.
-fn named(there: Vec<EffectEntry>) -> (Kind, Vec<String>) {
+/// What is said of an axis with all of these, of a few effects.
+fn said(there: Vec<EffectEntry>) -> Diagnosis {
     let path = Path::new("axis.toml");
     let axis = AxisFile::parse(AXIS, path).unwrap();
     let mut truth = axis.clone();
@@ -26,8 +26,7 @@ fn named(there: Vec<EffectEntry>) -> (Kind, Vec<String>) {
         3e-3,
     );
     let accused = ["friction.lag", "friction.position", "mechanics.offset"];
-    let said = diagnosed(&axis, &logs, &accused).diagnosis.verdict;
-    (said.kind, said.effects)
+    diagnosed(&axis, &logs, &accused).diagnosis
 }
 
 /// Friction that varies once a turn.
@@ -48,10 +47,15 @@ fn friction_over_position_is_named_though_it_is_no_sine() {
             ("phase_rad", 1.0),
         ],
     );
-    let (kind, effects) = named(vec![tight_spot(), harmonic]);
+    let said = said(vec![tight_spot(), harmonic]);
     assert_eq!(
-        (kind, &effects[..]),
+        (said.verdict.kind, &said.verdict.effects[..]),
         (Kind::Effect, &["friction.position".to_string()][..])
+    );
+    assert!(
+        said.notes.iter().any(|note| note.contains("another form")),
+        "{:?}",
+        said.notes
     );
 }
 
@@ -65,5 +69,8 @@ fn a_torque_over_position_beside_it_is_no_form_of_it() {
             ("phase_rad", 1.0),
         ],
     );
-    assert_eq!(named(vec![tight_spot(), cogging]).0, Kind::Unknown);
+    assert_eq!(
+        said(vec![tight_spot(), cogging]).verdict.kind,
+        Kind::Unknown
+    );
 }

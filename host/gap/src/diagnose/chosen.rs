@@ -181,13 +181,8 @@ impl<'a> Chosen<'a> {
         self.is_shown() || of_noise(self.best)
     }
 
-    /// Whether it stands for something that no list has.
-    pub(super) fn stands_for_another(&self, left: &Left) -> bool {
-        self.leaves_another(left) && !self.is_in_another_form()
-    }
-
     /// Whether another form of it would leave no more than effects that are there do.
-    fn is_in_another_form(&self) -> bool {
+    pub(super) fn is_in_another_form(&self) -> bool {
         in_own_form(self.search, self.best).is_some_and(|held_out| {
             let other = Hypothesis {
                 held_out,
@@ -203,7 +198,7 @@ impl<'a> Chosen<'a> {
     }
 
     /// Whether it leaves what no effect leaves that is there, or what depends smoothly on where an axis is and how it moves.
-    fn leaves_another(&self, left: &Left) -> bool {
+    pub(super) fn leaves_another(&self, left: &Left) -> bool {
         let takes_all = self.squares[1] < TAKES_ALL_BUT * self.squares[0];
         let alone = self.best.added.len() == 1;
         let (of_little, share) = LEAVES_OF_LITTLE;

@@ -182,6 +182,12 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
             short(record.step_s)
         )
     });
+    let form = verdict.in_another_form.map(|id| {
+        format!(
+            "{id} acts in another form than the catalogue's: what that leaves over goes by the same variable, and a model of the form \
+             would close more"
+        )
+    });
     Diagnosis {
         schema: SCHEMA,
         located: Where {
@@ -214,7 +220,7 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
         },
         moved: verdict.moved.clone(),
         reproduced: Vec::new(),
-        notes: unlisted.into_iter().chain(drift).collect(),
+        notes: unlisted.into_iter().chain(form).chain(drift).collect(),
         candidates,
     }
 }

@@ -53,6 +53,8 @@ pub struct Verdict {
     pub parameters: f64,
     /// Probability that the effect is not in the catalogue.
     pub unknown: f64,
+    /// The one that is named though its form is not the catalogue's.
+    pub in_another_form: Option<&'static str>,
     /// The simulator's parameters that moved.
     pub moved: Vec<Moved>,
     /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
@@ -75,13 +77,16 @@ pub fn verdict(search: &Search) -> Verdict {
     // What is not accused explains nothing.
     let of_best = accused.then(|| Left::new(search, chosen.best));
     let left = of_best.as_ref().unwrap_or_else(|| chosen.left_alone());
-    let left_unknown = !chosen.is_shown()
+    let shown = chosen.is_shown();
+    let explains_little = !shown
         && (search.is_unlisted()
             || left.much && chosen.explained < LITTLE
             || !accused
                 && (left.is_of_no_list()
-                    || left.is_anything() && ceiling::depends_in_sliding(search, base, DEPENDS))
-            || accused && chosen.stands_for_another(left));
+                    || left.is_anything() && ceiling::depends_in_sliding(search, base, DEPENDS)));
+    let leaves_another = !shown && !explains_little && accused && chosen.leaves_another(left);
+    let in_another_form = leaves_another && chosen.is_in_another_form();
+    let left_unknown = explains_little || leaves_another && !in_another_form;
     let small = if left.much {
         Vec::new()
     } else {
@@ -125,6 +130,7 @@ pub fn verdict(search: &Search) -> Verdict {
         none,
         parameters,
         unknown: shares.unknown,
+        in_another_form: best.ids().first().copied().filter(|_| in_another_form),
         moved,
         rms_nm: [before, after, floor],
     }
