@@ -13,10 +13,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Waves of a curve over a variable.
 const WAVES: usize = 4;
-/// Phase of the longest of these from the middle of the variable to an end, rad.
-const STEEP: f64 = 0.8;
 /// The same over a stroke, on which tight places are short.
 const PLACES: usize = 24;
+/// Phase of the longest of these from the middle of the variable to an end, rad.
+const STEEP: f64 = 0.8;
 /// Multiples of the wave of an effect that has one.
 const HARMONICS: usize = 6;
 /// Time constants of the power of friction whose heat the catalogue has with one, s.
@@ -49,37 +49,32 @@ fn curves(search: &Search, by: &Hypothesis) -> Option<Vec<Vec<f64>>> {
     let time = || scaled(nodes.iter().map(|n| n.time_s(records)).collect());
     let curves: Vec<Vec<f64>> = match entry.id {
         "friction.stribeck" | "friction.quadratic" => odd(&velocity),
-        "friction.position" => harmonics(search, by, &direction)
+        "friction.position" => harmonics(search, by, &direction)?
             .into_iter()
-            .chain(waves_over(&position(), &direction, PLACES))
+            .chain(over(&position(), &direction, PLACES))
             .collect(),
         "friction.thermal" => {
             let viscous = to_one(&velocity);
             let heats = WARMS_S.map(|warms_s| scaled(heat(search, &velocity, warms_s)));
             heats
                 .iter()
-                .flat_map(|heat| over(heat, &direction).chain(over(heat, &viscous)))
-                .chain(over(&time(), &direction))
+                .flat_map(|heat| over(heat, &direction, WAVES).chain(over(heat, &viscous, WAVES)))
+                .chain(over(&time(), &direction, WAVES))
                 .collect()
         }
         "actuator.cogging" | "disturbance.periodic" | "mechanics.unbalance" => {
-            harmonics(search, by, &even)
+            harmonics(search, by, &even)?
         }
-        "mechanics.spring" => over(&position(), &even).collect(),
-        "actuator.ripple" => harmonics(search, by, &to_one(&effort)),
+        "mechanics.spring" => over(&position(), &even, WAVES).collect(),
+        "actuator.ripple" => harmonics(search, by, &to_one(&effort))?,
         "actuator.gain" | "actuator.saturation" | "actuator.deadzone" => odd(&effort),
         _ => return None,
     };
     Some(curves)
 }
 
-/// Waves over a variable from -1 to 1, times a factor.
-fn over<'a>(variable: &'a [f64], factor: &'a [f64]) -> impl Iterator<Item = Vec<f64>> + 'a {
-    waves_over(variable, factor, WAVES)
-}
-
-/// So many of them.
-fn waves_over<'a>(
+/// So many waves over a variable from -1 to 1, times a factor.
+fn over<'a>(
     variable: &'a [f64],
     factor: &'a [f64],
     waves: usize,
@@ -99,21 +94,23 @@ fn odd(variable: &[f64]) -> Vec<Vec<f64>> {
     let sign: Vec<f64> = variable.iter().map(|x| x.signum()).collect();
     let size: Vec<f64> = variable.iter().map(|x| x.abs()).collect();
     let curves = [scaled(size.clone()), bent(size)];
-    let over = curves.iter().flat_map(|variable| over(variable, &sign));
+    let over = curves
+        .iter()
+        .flat_map(|variable| over(variable, &sign, WAVES));
     over.collect()
 }
 
 /// The wave of the only effect that is added and its multiples, over position or time, times a factor.
-fn harmonics(search: &Search, by: &Hypothesis, factor: &[f64]) -> Vec<Vec<f64>> {
-    let angle = angle(search, by).unwrap_or_default();
+fn harmonics(search: &Search, by: &Hypothesis, factor: &[f64]) -> Option<Vec<Vec<f64>>> {
+    let angle = angle(search, by)?;
     let harmonic = |times: usize, phase: f64| {
         let at = angle.iter().zip(factor);
         at.map(|(angle, factor)| factor * (phase + times as f64 * angle).cos())
             .collect()
     };
-    (1..=HARMONICS)
-        .flat_map(|times| [0.0, FRAC_PI_2].map(|phase| harmonic(times, phase)))
-        .collect()
+    let curves =
+        (1..=HARMONICS).flat_map(|times| [0.0, FRAC_PI_2].map(|phase| harmonic(times, phase)));
+    Some(curves.collect())
 }
 
 /// Angle of that wave at each node, rad.
