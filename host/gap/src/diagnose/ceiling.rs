@@ -293,7 +293,7 @@ pub(super) fn scaled(values: Vec<f64>) -> Vec<f64> {
 }
 
 /// The same, with what is small drawn apart.
-pub(super) fn bent(values: Vec<f64>) -> Vec<f64> {
+fn bent(values: Vec<f64>) -> Vec<f64> {
     let rms = rms(values.iter().copied()).max(f64::MIN_POSITIVE);
     scaled(
         values

@@ -1,9 +1,10 @@
 //! Another form of the same effect: a wave that is no sine, warmth that saturates.
 //!
 //! The catalogue has an effect that is a function of one variable as one such function. What it leaves over that depends on that
-//! variable alone, as the effect does, is no other effect.
+//! variable alone, as the effect does, is no other effect, where the catalogue has no other one that does: not of speed, which a Stribeck
+//! curve and a drag are functions of, nor of effort.
 
-use super::ceiling::{bent, scaled};
+use super::ceiling::scaled;
 use super::hypothesis::Hypothesis;
 use super::ridge::Seen;
 use super::tried::Search;
@@ -23,7 +24,7 @@ const HARMONICS: usize = 6;
 const WARMS_S: [f64; 4] = [2.0, 5.0, 12.0, 30.0];
 
 /// What is left over by another form of the only effect that a hypothesis adds, on data that took no part, N m at each node; none where the
-/// effect is no function of one variable.
+/// effect is no function of one variable, or shares it with another.
 pub(super) fn in_own_form(search: &Search, by: &Hypothesis) -> Option<Vec<f64>> {
     let curves = curves(search, by)?;
     let seen = Seen {
@@ -42,13 +43,11 @@ fn curves(search: &Search, by: &Hypothesis) -> Option<Vec<Vec<f64>>> {
         return None;
     };
     let velocity: Vec<f64> = nodes.iter().map(|n| n.velocity_rad_s(records)).collect();
-    let effort: Vec<f64> = nodes.iter().map(|n| n.effort_nm(records)).collect();
     let even = vec![1.0; nodes.len()];
     let direction: Vec<f64> = velocity.iter().map(|v| v.signum()).collect();
     let position = || scaled(nodes.iter().map(|n| n.position_rad(records)).collect());
     let time = || scaled(nodes.iter().map(|n| n.time_s(records)).collect());
     let curves: Vec<Vec<f64>> = match entry.id {
-        "friction.stribeck" | "friction.quadratic" => odd(&velocity),
         "friction.position" => harmonics(search, by, &direction)?
             .into_iter()
             .chain(over(&position(), &direction, PLACES))
@@ -62,12 +61,11 @@ fn curves(search: &Search, by: &Hypothesis) -> Option<Vec<Vec<f64>>> {
                 .chain(over(&time(), &direction, WAVES))
                 .collect()
         }
-        "actuator.cogging" | "disturbance.periodic" | "mechanics.unbalance" => {
-            harmonics(search, by, &even)?
+        "actuator.cogging" | "disturbance.periodic" => harmonics(search, by, &even)?,
+        "actuator.ripple" => {
+            let effort: Vec<f64> = nodes.iter().map(|n| n.effort_nm(records)).collect();
+            harmonics(search, by, &to_one(&effort))?
         }
-        "mechanics.spring" => over(&position(), &even, WAVES).collect(),
-        "actuator.ripple" => harmonics(search, by, &to_one(&effort))?,
-        "actuator.gain" | "actuator.saturation" | "actuator.deadzone" => odd(&effort),
         _ => return None,
     };
     Some(curves)
@@ -87,17 +85,6 @@ fn over<'a>(
                 .collect()
         })
     })
-}
-
-/// Waves over the size of a variable, that turn with its sign.
-fn odd(variable: &[f64]) -> Vec<Vec<f64>> {
-    let sign: Vec<f64> = variable.iter().map(|x| x.signum()).collect();
-    let size: Vec<f64> = variable.iter().map(|x| x.abs()).collect();
-    let curves = [scaled(size.clone()), bent(size)];
-    let over = curves
-        .iter()
-        .flat_map(|variable| over(variable, &sign, WAVES));
-    over.collect()
 }
 
 /// The wave of the only effect that is added and its multiples, over position or time, times a factor.
