@@ -113,6 +113,9 @@ pub fn verdict(search: &Search) -> Verdict {
         let tied = chosen.tied(&ranked);
         (one_of(tied.len()), tied)
     };
+    let ids = chosen.best.ids();
+    let form_of = ids.first().copied();
+    let form_of = form_of.filter(|_| in_another_form && small.is_empty());
     let probability = probability(search, kind, &chosen, left, !small.is_empty());
     let shares = Shares::new(base, &ranked, kind, &named, probability);
     let (none, parameters) = if moved_matters {
@@ -130,7 +133,7 @@ pub fn verdict(search: &Search) -> Verdict {
         none,
         parameters,
         unknown: shares.unknown,
-        in_another_form: best.ids().first().copied().filter(|_| in_another_form),
+        in_another_form: form_of,
         moved,
         rms_nm: [before, after, floor],
     }
