@@ -11,12 +11,13 @@ use super::ceiling;
 use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
 use super::left::Left;
 use super::moved::Moved;
+use super::own::Own;
 use super::own_form::in_own_form;
 use super::play::springs;
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::Owner;
-use crate::signal::rms_beside;
+use crate::signal::{rms_beside, weighted_squares};
 use bristle_plant::effect::{Entry, Kind};
 use std::cell::OnceCell;
 
@@ -52,6 +53,8 @@ pub(super) struct Chosen<'a> {
     /// Share of the gap that it explains.
     pub(super) explained: f64,
     left_alone: OnceCell<Left>,
+    /// What it leaves over of its own records.
+    own: OnceCell<Own>,
 }
 
 impl<'a> Chosen<'a> {
@@ -70,6 +73,7 @@ impl<'a> Chosen<'a> {
             squares: [base, best].map(|h| search.weighted_squares(h)),
             explained: explained(times[0], times[1]),
             left_alone: OnceCell::new(),
+            own: OnceCell::new(),
             search,
         }
     }
@@ -130,8 +134,19 @@ impl<'a> Chosen<'a> {
 
     /// What the simulator alone leaves: asked for the accusation and the verdict, and found by a simulation and a fit.
     pub(super) fn left_alone(&self) -> &Left {
-        let of_base = || Left::new(self.search, &self.search.base);
+        let base = &self.search.base;
+        let of_base = || Left::new(self.search, base, &base.held_out, &OnceCell::new());
         self.left_alone.get_or_init(of_base)
+    }
+
+    /// What it leaves, or another form of it, N m at each node.
+    fn left_of(&self, rest_nm: &[f64]) -> Left {
+        Left::new(self.search, self.best, rest_nm, &self.own)
+    }
+
+    /// What it leaves.
+    pub(super) fn left(&self) -> Left {
+        self.left_of(&self.best.held_out)
     }
 
     /// Whether the simulator alone leaves what would be of no list, and it nothing: few moments, or one regime of one record, that a geometric mean
@@ -142,7 +157,7 @@ impl<'a> Chosen<'a> {
         let slides = || noise.rms_times_open(nodes, base, &[Regime::Sliding]) > UNKNOWN_SLIDING;
         !leaves(noise, nodes, &self.best.held_out, NOTHING)
             && (slides() || self.left_alone().is_of_no_list())
-            && !Left::new(self.search, self.best).fills_a_regime()
+            && !self.left().fills_a_regime()
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
@@ -183,13 +198,10 @@ impl<'a> Chosen<'a> {
 
     /// Whether another form of it would leave no more than effects that are there do.
     pub(super) fn is_in_another_form(&self) -> bool {
-        in_own_form(self.search, self.best).is_some_and(|held_out| {
-            let other = Hypothesis {
-                held_out,
-                ..self.best.clone()
-            };
-            let left = Left::new(self.search, &other);
-            let takes_all = self.search.weighted_squares(&other) < TAKES_ALL_BUT * self.squares[0];
+        in_own_form(self.search, self.best).is_some_and(|rest_nm| {
+            let left = self.left_of(&rest_nm);
+            let squares = weighted_squares(&rest_nm, &self.search.weights);
+            let takes_all = squares < TAKES_ALL_BUT * self.squares[0];
             let is_unexplained = left.is_unexplained()
                 || left.is_unexplained_in_sliding()
                 || left.moments > LEAVES_MOMENTS.0;

@@ -7,8 +7,10 @@ use super::accuse::{
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
+use super::own::Own;
 use super::regime::Regime;
 use super::tried::Search;
+use std::cell::OnceCell;
 
 /// What is left, in times of what is open; where that is anything, of what the model leaves over of its own records, where that is more.
 pub(super) struct Left {
@@ -23,26 +25,33 @@ pub(super) struct Left {
 }
 
 impl Left {
-    /// By a hypothesis.
-    pub(super) fn new(search: &Search, by: &Hypothesis) -> Self {
-        let left = Self::beside(search, by, &search.noise);
+    /// A rest of a hypothesis, N m at each node; what its model leaves over of its own records is found where it is asked for, once.
+    pub(super) fn new(
+        search: &Search,
+        by: &Hypothesis,
+        rest_nm: &[f64],
+        own: &OnceCell<Own>,
+    ) -> Self {
+        let left = Self::beside(search, rest_nm, &search.noise);
         if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 && !left.fills_a_regime() {
             return left;
         }
         // What a model leaves over of its own records is no gap, though another one leaves less.
-        let own = left_once_fitted(
-            &by.model,
-            &by.fit.at,
-            &search.records,
-            &search.scale,
-            &search.noise,
-        );
-        Self::beside(search, by, &search.noise.clone().at_least(&own))
+        let own = own.get_or_init(|| {
+            left_once_fitted(
+                &by.model,
+                &by.fit.at,
+                &search.records,
+                &search.scale,
+                &search.noise,
+            )
+        });
+        Self::beside(search, rest_nm, &search.noise.clone().at_least(own))
     }
 
     /// Beside this noise.
-    fn beside(search: &Search, by: &Hypothesis, noise: &Noise) -> Self {
-        let (nodes, rest) = (&search.nodes, &by.held_out);
+    fn beside(search: &Search, rest: &[f64], noise: &Noise) -> Self {
+        let nodes = &search.nodes;
         let sliding = &[Regime::Sliding];
         // Of few independent moments such a ratio is large by chance.
         let speaks = noise.nats_beyond_open(nodes, rest, sliding) > ACCUSES;

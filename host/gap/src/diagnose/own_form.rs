@@ -43,25 +43,28 @@ fn curves(search: &Search, by: &Hypothesis) -> Option<Vec<Vec<f64>>> {
         return None;
     };
     let velocity: Vec<f64> = nodes.iter().map(|n| n.velocity_rad_s(records)).collect();
-    let even = vec![1.0; nodes.len()];
     let direction: Vec<f64> = velocity.iter().map(|v| v.signum()).collect();
-    let position = || scaled(nodes.iter().map(|n| n.position_rad(records)).collect());
-    let time = || scaled(nodes.iter().map(|n| n.time_s(records)).collect());
     let curves: Vec<Vec<f64>> = match entry.id {
-        "friction.position" => harmonics(search, by, &direction)?
-            .into_iter()
-            .chain(over(&position(), &direction, PLACES))
-            .collect(),
+        "friction.position" => {
+            let position = scaled(nodes.iter().map(|n| n.position_rad(records)).collect());
+            harmonics(search, by, &direction)?
+                .into_iter()
+                .chain(over(&position, &direction, PLACES))
+                .collect()
+        }
         "friction.thermal" => {
+            let time = scaled(nodes.iter().map(|n| n.time_s(records)).collect());
             let viscous = to_one(&velocity);
             let heats = WARMS_S.map(|warms_s| scaled(heat(search, &velocity, warms_s)));
             heats
                 .iter()
                 .flat_map(|heat| over(heat, &direction, WAVES).chain(over(heat, &viscous, WAVES)))
-                .chain(over(&time(), &direction, WAVES))
+                .chain(over(&time, &direction, WAVES))
                 .collect()
         }
-        "actuator.cogging" | "disturbance.periodic" => harmonics(search, by, &even)?,
+        "actuator.cogging" | "disturbance.periodic" => {
+            harmonics(search, by, &vec![1.0; nodes.len()])?
+        }
         "actuator.ripple" => {
             let effort: Vec<f64> = nodes.iter().map(|n| n.effort_nm(records)).collect();
             harmonics(search, by, &to_one(&effort))?

@@ -10,7 +10,6 @@ use super::accuse::{DEPENDS, LITTLE};
 use super::ceiling;
 use super::chosen::Chosen;
 use super::hypothesis::{Hypothesis, sort};
-use super::left::Left;
 use super::moved::{Moved, moved};
 use super::shares::{Shares, probability};
 use super::tried::Search;
@@ -75,7 +74,7 @@ pub fn verdict(search: &Search) -> Verdict {
     let chosen = Chosen::new(search);
     let accused = chosen.is_accused();
     // What is not accused explains nothing.
-    let of_best = accused.then(|| Left::new(search, chosen.best));
+    let of_best = accused.then(|| chosen.left());
     let left = of_best.as_ref().unwrap_or_else(|| chosen.left_alone());
     let shown = chosen.is_shown();
     let explains_little = !shown
@@ -113,9 +112,6 @@ pub fn verdict(search: &Search) -> Verdict {
         let tied = chosen.tied(&ranked);
         (one_of(tied.len()), tied)
     };
-    let ids = chosen.best.ids();
-    let form_of = ids.first().copied();
-    let form_of = form_of.filter(|_| in_another_form && small.is_empty());
     let probability = probability(search, kind, &chosen, left, !small.is_empty());
     let shares = Shares::new(base, &ranked, kind, &named, probability);
     let (none, parameters) = if moved_matters {
@@ -133,7 +129,12 @@ pub fn verdict(search: &Search) -> Verdict {
         none,
         parameters,
         unknown: shares.unknown,
-        in_another_form: form_of,
+        in_another_form: chosen
+            .best
+            .ids()
+            .first()
+            .copied()
+            .filter(|_| in_another_form && small.is_empty()),
         moved,
         rms_nm: [before, after, floor],
     }
