@@ -8,12 +8,13 @@ use super::accuse::{
     leaves,
 };
 use super::ceiling;
+use super::coupling::COUPLING;
 use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
 use super::left::Left;
 use super::moved::Moved;
 use super::own::Own;
 use super::own_form::in_own_form;
-use super::play::springs;
+use super::play::{PLAY, springs};
 use super::regime::Regime;
 use super::tried::Search;
 use crate::inverse::Owner;
@@ -98,13 +99,14 @@ impl<'a> Chosen<'a> {
             |[before, after]: [f64; 2]| rms_beside(before, after) > MATTERS.hypot(may_take);
         let evidence = best.log_evidence() - search.base.log_evidence() - nats;
         let [before, after] = self.rms_times;
-        let of_moments = matters(self.rms_times)
-            && explained(before, after) > OF_MOMENTS
-            && (before > LEAVES_MOMENTS.0 || evidence > BY_EVIDENCE.0);
-        let explains = (matters(self.times) || of_moments) && self.explained > SHARE
-            || of_moments && evidence > TIES.0;
         let takes = 1.0 - self.squares[1] / self.squares[0];
         let follows = follows_acceleration(search, best);
+        let of_moments = matters(self.rms_times)
+            && explained(before, after) > OF_MOMENTS
+            && (before > LEAVES_MOMENTS.0 || evidence > BY_EVIDENCE.0)
+            && (!follows || takes > BY_EVIDENCE.1[0]);
+        let explains = (matters(self.times) || of_moments) && self.explained > SHARE
+            || of_moments && evidence > TIES.0;
         // What positions show by themselves needs no share of what is left once that is mended.
         let shown = |entry: &Entry| search.shown == Some(entry.id);
         let mut added = best.added.iter();
@@ -122,6 +124,7 @@ impl<'a> Chosen<'a> {
         gain - nats > ACCUSES
             && (self.is_by_itself()
                 || !worsens
+                    && !self.is_no_play()
                     && beyond_null
                     && evidence > LEAST_EVIDENCE
                     && !(steps && takes < STEPS_EXPLAIN)
@@ -130,6 +133,13 @@ impl<'a> Chosen<'a> {
                         || evident
                         || explains_all
                         || evidence > nats_of_evidence && self.takes_what_is_of_no_list()))
+    }
+
+    /// Whether it is a play that does no better than the coupling without one, which may be too stiff to be accused: what is left of that is the
+    /// motion between samples, and no play's either.
+    fn is_no_play(&self) -> bool {
+        let coupling = || self.search.alone(COUPLING);
+        self.best.ids() == [PLAY] && coupling().is_some_and(|h| h.score >= self.best.score)
     }
 
     /// What the simulator alone leaves: asked for the accusation and the verdict, and found by a simulation and a fit.
