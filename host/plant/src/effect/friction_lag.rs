@@ -3,6 +3,8 @@
 //! G(|v(t - T)|) in place of G(|v|), the steady-state level: static friction is multiplied, bristles slide at that
 //! level. The sign does not lag: it would do work on the axis at each reversal and no stick would hold. A record that says
 //! otherwise has `reversal_share`, the share of T by which the velocity that the whole model sees is late.
+//! Where `delayed` is 0 the level follows velocity through a lag of first order of time constant T, which is as late while velocity
+//! changes slowly.
 //!
 //! Source: Hess, Soom, "Friction at a lubricated line contact operating at oscillating sliding velocities", ASME J.
 //! Tribology 112(1), 1990; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 11.
@@ -16,13 +18,44 @@ use bristle_core::friction::Motion;
 struct Lag {
     lag_s: f64,
     reversal_s: f64,
+    delayed: bool,
 }
 
 struct Lagging {
     inner: Levelled,
     time_s: f64,
     reversal: Option<History>,
-    level: History,
+    level: Late,
+}
+
+/// Velocity that the level follows.
+enum Late {
+    /// Of a time before.
+    Delayed(History),
+    /// Through a lag of first order: its time constant, and where it is.
+    Filtered {
+        lag_s: f64,
+        velocity_rad_s: Option<f64>,
+    },
+}
+
+impl Late {
+    /// Mean over a step with this mean velocity.
+    fn mean(&mut self, time_s: f64, dt_s: f64, velocity: f64) -> f64 {
+        match self {
+            Self::Delayed(history) => history.mean(time_s, velocity),
+            Self::Filtered {
+                lag_s,
+                velocity_rad_s,
+            } => {
+                let off = velocity_rad_s.unwrap_or(velocity) - velocity;
+                let lags = f64::max(dt_s / *lag_s, f64::MIN_POSITIVE);
+                let passed = -f64::exp_m1(-lags);
+                *velocity_rad_s = Some(velocity + off * (1.0 - passed));
+                velocity + off * passed / lags
+            }
+        }
+    }
 }
 
 impl Effect for Lag {
@@ -34,7 +67,14 @@ impl Effect for Lag {
             inner: Levelled::new(inner),
             time_s: 0.0,
             reversal: (self.reversal_s > 0.0).then(|| History::new(self.reversal_s)),
-            level: History::new(self.lag_s),
+            level: if self.delayed {
+                Late::Delayed(History::new(self.lag_s))
+            } else {
+                Late::Filtered {
+                    lag_s: self.lag_s,
+                    velocity_rad_s: None,
+                }
+            },
         })
     }
 }
@@ -53,12 +93,12 @@ impl Lagging {
             Some(history) => history.mean(self.time_s, v),
             None => v,
         };
-        let delayed = self.level.mean(self.time_s, v);
+        let late = self.level.mean(self.time_s, motion.dt_s, v);
         let motion = Motion {
             velocity_rad_s: seen,
             ..motion
         };
-        let level_nm = self.inner.level_nm(delayed);
+        let level_nm = self.inner.level_nm(late);
         if !self.holds_at_rest() {
             return at(&mut self.inner, motion, level_nm);
         }
@@ -104,15 +144,17 @@ impl Contact for Lagging {
 
 pub(super) const ENTRY: Entry = Entry {
     id: "friction.lag",
-    model: "F with the level G(|v(t - T)|) in place of G(|v|)",
+    model: "F with the level G(|v(t - T)|) in place of G(|v|), or G(|w|), T dw/dt = v - w",
     parameters: &[
         Parameter::same("lag_s", Kind::Size, |_| [1e-3, 5e-2]),
         Parameter::same("reversal_share", Kind::Shape, |_| [0.01, 1.0]),
+        Parameter::same("delayed", Kind::Form, |_| [0.0, 1.0]).or(1.0),
     ],
     build: |values, _| {
         Box::new(Lag {
             lag_s: values[0],
             reversal_s: values[0] * values[1].clamp(0.0, 1.0),
+            delayed: values[2] >= 0.5,
         })
     },
 };
@@ -126,7 +168,7 @@ mod tests {
 
     /// Friction over one period of v = 2 + sin at 5 Hz, after one to settle, against velocity of a time before.
     fn worst(lag_s: f64, reversal_share: f64, step_s: f64, against_s: f64) -> f64 {
-        let effect = (ENTRY.build)(&[lag_s, reversal_share], Unit::Rotary);
+        let effect = (ENTRY.build)(&[lag_s, reversal_share, 1.0], Unit::Rotary);
         let mut contact = effect.contact(testing::viscous(0.01));
         let v = |t: f64| 2.0 + (TAU * 5.0 * t).sin();
         let mut worst = 0.0_f64;
@@ -156,9 +198,34 @@ mod tests {
     }
 
     #[test]
+    fn follows_velocity_through_a_lag_of_first_order_in_steps_of_any_length() {
+        // A velocity that falls at once: what is left of the fall is e^(-t/T), in the mean over a step.
+        let lag_s = 0.02_f64;
+        for step_s in [1e-4, 2e-3, 5e-2] {
+            let effect = (ENTRY.build)(&[lag_s, 0.0, 0.0], Unit::Rotary);
+            let mut contact = effect.contact(testing::viscous(0.01));
+            let mut step = |velocity_rad_s| {
+                contact.step(Motion {
+                    velocity_rad_s,
+                    applied_nm: 0.0,
+                    dt_s: step_s,
+                })
+            };
+            step(10.0);
+            for k in 0..20 {
+                let friction_nm = step(1.0);
+                let [from, to] = [k, k + 1].map(|k| (-f64::from(k) * step_s / lag_s).exp());
+                let left = (from - to) * lag_s / step_s;
+                let expected = 0.02 + 0.01 * (1.0 + 9.0 * left);
+                assert!((friction_nm - expected).abs() < 1e-12, "{step_s} {k}");
+            }
+        }
+    }
+
+    #[test]
     fn bristles_are_as_stiff_and_slide_at_a_late_level() {
         // 0.02 N m and 1e-3 viscous, a z_ss of 2 mrad.
-        let effect = (ENTRY.build)(&[0.2, 0.0], Unit::Rotary);
+        let effect = (ENTRY.build)(&[0.2, 0.0, 1.0], Unit::Rotary);
         let mut contact = effect.contact(testing::bristles());
         let mut step = |velocity_rad_s, samples| {
             (0..samples)
@@ -187,7 +254,7 @@ mod tests {
     #[test]
     fn turns_with_velocity_unless_told_otherwise() {
         for (share, expected) in [(0.0, -1.0), (1.0, 1.0)] {
-            let effect = (ENTRY.build)(&[0.02, share], Unit::Rotary);
+            let effect = (ENTRY.build)(&[0.02, share, 1.0], Unit::Rotary);
             let mut contact = effect.contact(testing::coulomb());
             let mut step = |velocity_rad_s| {
                 contact.step(Motion {

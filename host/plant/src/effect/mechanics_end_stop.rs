@@ -36,9 +36,8 @@ pub(super) const ENTRY: Entry = Entry {
     model: "tau - k ((q - q_0) + T v) beyond q_0",
     parameters: &[
         Parameter::new(["stiffness_nm_rad", "stiffness_n_m"], Kind::Size, |scale| {
-            // What the top torque presses it in: from a hundredth of the stroke to a hundred thousandth.
-            let soft = 100.0 * scale.top_torque_nm / scale.stroke_rad();
-            [soft, 1000.0 * soft]
+            // What the top torque presses it in, as a part of the stroke: from a rubber bumper to steel.
+            [0.03, 1e-5].map(|part| scale.top_torque_nm / (part * scale.stroke_rad()))
         }),
         Parameter::new(["position_rad", "position_m"], Kind::Stop, |scale| {
             [scale.lowest_rad, scale.highest_rad]
