@@ -138,8 +138,11 @@ impl<'a> Chosen<'a> {
     /// Whether it is a play that does no better than the coupling without one, which may be too stiff to be accused: what is left of that is the
     /// motion between samples, and no play's either.
     fn is_no_play(&self) -> bool {
-        let coupling = || self.search.alone(COUPLING);
-        self.best.ids() == [PLAY] && coupling().is_some_and(|h| h.score >= self.best.score)
+        let &Self { search, best, .. } = self;
+        best.ids() == [PLAY]
+            && search
+                .alone(COUPLING)
+                .is_some_and(|h| h.score >= best.score)
     }
 
     /// What the simulator alone leaves: asked for the accusation and the verdict, and found by a simulation and a fit.

@@ -4,23 +4,14 @@
 //!
 //! Source: thesis (Aktas, ITU 2002) eq. 2.26.
 
+use super::first_order::FirstOrder;
 use super::{Effect, Entry, Instant, Kind, Parameter};
 
-struct Lag {
-    lag_s: f64,
-    torque_nm: Option<f64>,
-}
+struct Lag(FirstOrder);
 
 impl Effect for Lag {
     fn actuator(&mut self, now: &Instant) -> f64 {
-        if self.lag_s <= 0.0 || now.step_s <= 0.0 {
-            return now.torque_nm;
-        }
-        let steps = now.step_s / self.lag_s;
-        let start = self.torque_nm.unwrap_or(now.torque_nm) - now.torque_nm;
-        let lost = -(-steps).exp_m1();
-        self.torque_nm = Some(now.torque_nm + start * (1.0 - lost));
-        now.torque_nm + start * lost / steps
+        self.0.mean(now.step_s, now.torque_nm)
     }
 }
 
@@ -28,12 +19,7 @@ pub(super) const ENTRY: Entry = Entry {
     id: "actuator.lag",
     model: "T dtau/dt = u - tau",
     parameters: &[Parameter::same("lag_s", Kind::Size, |_| [1e-4, 1e-2])],
-    build: |values, _| {
-        Box::new(Lag {
-            lag_s: values[0],
-            torque_nm: None,
-        })
-    },
+    build: |values, _| Box::new(Lag(FirstOrder::new(values[0]))),
 };
 
 #[cfg(test)]

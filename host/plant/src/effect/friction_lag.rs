@@ -9,6 +9,7 @@
 //! Source: Hess, Soom, "Friction at a lubricated line contact operating at oscillating sliding velocities", ASME J.
 //! Tribology 112(1), 1990; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 11.
 
+use super::first_order::FirstOrder;
 use super::history::History;
 use super::{Effect, Entry, Kind, Parameter};
 use crate::contact::Contact;
@@ -28,34 +29,10 @@ struct Lagging {
     level: Late,
 }
 
-/// Velocity that the level follows.
+/// Velocity that the level follows: of a time before, or through a lag of first order.
 enum Late {
-    /// Of a time before.
     Delayed(History),
-    /// Through a lag of first order: its time constant, and where it is.
-    Filtered {
-        lag_s: f64,
-        velocity_rad_s: Option<f64>,
-    },
-}
-
-impl Late {
-    /// Mean over a step with this mean velocity.
-    fn mean(&mut self, time_s: f64, dt_s: f64, velocity: f64) -> f64 {
-        match self {
-            Self::Delayed(history) => history.mean(time_s, velocity),
-            Self::Filtered {
-                lag_s,
-                velocity_rad_s,
-            } => {
-                let off = velocity_rad_s.unwrap_or(velocity) - velocity;
-                let lags = f64::max(dt_s / *lag_s, f64::MIN_POSITIVE);
-                let passed = -f64::exp_m1(-lags);
-                *velocity_rad_s = Some(velocity + off * (1.0 - passed));
-                velocity + off * passed / lags
-            }
-        }
-    }
+    Filtered(FirstOrder),
 }
 
 impl Effect for Lag {
@@ -70,10 +47,7 @@ impl Effect for Lag {
             level: if self.delayed {
                 Late::Delayed(History::new(self.lag_s))
             } else {
-                Late::Filtered {
-                    lag_s: self.lag_s,
-                    velocity_rad_s: None,
-                }
+                Late::Filtered(FirstOrder::new(self.lag_s))
             },
         })
     }
@@ -93,7 +67,10 @@ impl Lagging {
             Some(history) => history.mean(self.time_s, v),
             None => v,
         };
-        let late = self.level.mean(self.time_s, motion.dt_s, v);
+        let late = match &mut self.level {
+            Late::Delayed(history) => history.mean(self.time_s, v),
+            Late::Filtered(lag) => lag.mean(motion.dt_s, v),
+        };
         let motion = Motion {
             velocity_rad_s: seen,
             ..motion

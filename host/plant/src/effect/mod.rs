@@ -10,6 +10,7 @@ mod actuator_ripple;
 mod actuator_saturation;
 mod actuator_voltage_limit;
 mod disturbance_periodic;
+mod first_order;
 mod friction_asymmetry;
 mod friction_dwell;
 mod friction_lag;
