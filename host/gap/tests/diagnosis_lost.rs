@@ -41,7 +41,8 @@ fn losing(mut log: Log) -> (Log, usize) {
     (log, passes.len())
 }
 
-fn named(truth: &AxisFile) -> (Kind, Vec<String>, f64) {
+/// Verdict, and how much is lost, and whether it is given back.
+fn named(truth: &AxisFile) -> (Kind, Vec<String>, [f64; 2]) {
     let logs = logs_of(truth, &EXPERIMENTS, 3e-4);
     let (logs, lost): (Vec<Log>, Vec<usize>) = logs.into_iter().map(losing).unzip();
     assert!(lost.iter().sum::<usize>() >= 2, "{lost:?}");
@@ -55,13 +56,13 @@ fn named(truth: &AxisFile) -> (Kind, Vec<String>, f64) {
     (
         diagnosis.verdict.kind,
         diagnosis.verdict.effects,
-        parameters["lost_rad"],
+        [parameters["lost_rad"], parameters["given_back"]],
     )
 }
 
 #[test]
 fn lost_counts_are_named_with_their_size() {
-    let (kind, effects, lost_rad) = named(&axis());
+    let (kind, effects, [lost_rad, given_back]) = named(&axis());
     assert_eq!(
         (kind, &effects[..]),
         (Kind::Effect, &[ACCUSED[0].into()][..])
@@ -69,6 +70,7 @@ fn lost_counts_are_named_with_their_size() {
     println!("{:.2} counts", lost_rad / COUNT_RAD);
     // Rounding of the four positions next to a step leaves a count and a half.
     assert!((lost_rad / COUNT_RAD - 30.0).abs() < 1.5, "{lost_rad}");
+    assert_eq!(given_back, 0.0);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::log::{Log, PositionKind};
 use crate::signal::extent;
 use bristle_plant::Unit;
 use bristle_plant::effect::{ALL, Entry, Kind};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Its id.
 const ID: &str = "sensor.lost_counts";
@@ -41,11 +41,21 @@ pub(super) fn mended(log: &Log, jumps: &[Jump], rad_per_count: f64) -> Log {
     mended
 }
 
+/// A step of a log.
+struct Step {
+    /// Where the axis was before it and behind it, had nothing been lost in this log, rad.
+    passes_rad: [f64; 2],
+    /// What is missing behind it for one who goes upward, rad.
+    lost_rad: f64,
+    upward: bool,
+}
+
 /// The steps of all logs.
 #[derive(Default)]
 pub(super) struct Steps {
-    /// Where each was, and what is missing behind it for one who goes upward, rad.
-    lost: Vec<(f64, f64)>,
+    lost: Vec<Step>,
+    /// Positions of each log that has steps, without them, rad.
+    mended_rad: Vec<Vec<f64>>,
     /// Farthest travel of a log, rad.
     travel_rad: f64,
     /// Records with their steps; none of a log without.
@@ -56,16 +66,29 @@ pub(super) struct Steps {
 impl Steps {
     /// Those of a log of these positions; the record is as it was, steps and all.
     pub(super) fn add(&mut self, position_rad: &[f64], jumps: &[Jump], as_recorded: Record) {
-        let (low, high) = extent(position_rad);
-        self.travel_rad = self.travel_rad.max(high - low);
+        let mut mended_rad = position_rad.to_vec();
         for jump in jumps {
-            let [before, last] =
-                [BEFORE + 1, 1].map(|samples| position_rad[jump.sample.saturating_sub(samples)]);
-            let upward = if last < before { -1.0 } else { 1.0 };
-            self.lost.push((last, -upward * jump.size_rad));
+            let upward = position_rad[jump.sample.saturating_sub(1)]
+                >= position_rad[jump.sample.saturating_sub(BEFORE + 1)];
+            for q in &mut mended_rad[jump.sample..] {
+                *q -= jump.size_rad;
+            }
+            let before = jump.sample.saturating_sub(1);
+            self.lost.push(Step {
+                passes_rad: [mended_rad[before], mended_rad[jump.sample]],
+                lost_rad: if upward {
+                    -jump.size_rad
+                } else {
+                    jump.size_rad
+                },
+                upward,
+            });
             let deviations = BEYOND * jump.size_rad / jump.allowed_rad;
             self.nats += 0.5 * deviations * deviations;
         }
+        let (low, high) = extent(&mended_rad);
+        self.travel_rad = self.travel_rad.max(high - low);
+        self.mended_rad.push(mended_rad);
         self.as_recorded.push(Some(as_recorded));
     }
 
@@ -81,24 +104,38 @@ impl Steps {
             Unit::Rotary => TAU,
             Unit::Linear => self.travel_rad,
         };
-        let mut sizes: Vec<f64> = self.lost.iter().map(|lost| lost.1).collect();
+        let mut sizes: Vec<f64> = self.lost.iter().map(|step| step.lost_rad).collect();
         sizes.sort_unstable_by(|a, b| a.abs().total_cmp(&b.abs()));
         let size_rad = *sizes.get(sizes.len() / 2)?;
         if sizes[sizes.len() - 1].abs() > WRAPS * whole_rad {
             return None;
         }
-        let places = || self.lost.iter().map(|lost| lost.0);
+        // The slowest pass tells the place best.
+        let width = |step: &&Step| (step.passes_rad[1] - step.passes_rad[0]).abs();
+        let slowest = self
+            .lost
+            .iter()
+            .min_by(|a, b| width(a).total_cmp(&width(b)))?;
+        let place_rad = 0.5 * slowest.passes_rad.iter().sum::<f64>();
         let place_rad = match unit {
-            Unit::Rotary => {
-                let (sine, cosine) = places().fold((0.0, 0.0), |(sine, cosine), q| {
-                    (sine + q.sin(), cosine + q.cos())
-                });
-                sine.atan2(cosine).clamp(-PI, PI)
-            }
-            Unit::Linear => places().sum::<f64>() / sizes.len() as f64,
+            Unit::Rotary => place_rad - TAU * (place_rad / TAU).round(),
+            Unit::Linear => place_rad,
         };
+        let below = |q: f64| match unit {
+            Unit::Rotary => ((q - place_rad) / TAU).floor(),
+            Unit::Linear => f64::from(u8::from(q >= place_rad)),
+        };
+        let passes_downward =
+            |q: &Vec<f64>| q.windows(2).any(|pair| below(pair[1]) < below(pair[0]));
+        let given_back = !self.lost.iter().all(|step| step.upward)
+            || !self.mended_rad.iter().any(passes_downward);
         let mut values = entry.defaults();
-        for (kind, value) in [(Kind::Size, size_rad), (Kind::Place, place_rad)] {
+        let said = [
+            (Kind::Size, size_rad),
+            (Kind::Place, place_rad),
+            (Kind::Form, f64::from(u8::from(given_back))),
+        ];
+        for (kind, value) in said {
             let parameter = entry.parameters.iter().position(|p| p.kind == kind)?;
             values[parameter] = value;
         }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 /// Samples on either side that a step is measured against.
-const AROUND: usize = 5;
+pub(super) const AROUND: usize = 5;
 /// Part of what a step leaves that a hit leaves at most: noise of the encoder leaves both alike.
 const HIT: f64 = 0.5;
 
@@ -82,6 +82,15 @@ fn fitted(
     sample: usize,
     terms_behind: usize,
 ) -> Option<(DVector<f64>, f64)> {
+    let design = design(rows, sample, terms_behind);
+    let values = DVector::from_fn(rows.len(), |row, _| q[rows[row]] - q[sample]);
+    let solved = design.clone().svd(true, true).solve(&values, 1e-9).ok()?;
+    let left = (design * &solved - values).norm();
+    Some((solved, left))
+}
+
+/// What [`fitted`] is linear in, a row each of `rows`.
+pub(super) fn design(rows: &[usize], sample: usize, terms_behind: usize) -> DMatrix<f64> {
     let of = |k: usize, column: usize| {
         let t = (k as f64 - sample as f64) / AROUND as f64;
         match column {
@@ -90,13 +99,9 @@ fn fitted(
             _ => t.powi(column as i32 - 3),
         }
     };
-    let design = DMatrix::from_fn(rows.len(), 3 + terms_behind, |row, column| {
+    DMatrix::from_fn(rows.len(), 3 + terms_behind, |row, column| {
         of(rows[row], column)
-    });
-    let values = DVector::from_fn(rows.len(), |row, _| q[rows[row]] - q[sample]);
-    let solved = design.clone().svd(true, true).solve(&values, 1e-9).ok()?;
-    let left = (design * &solved - values).norm();
-    Some((solved, left))
+    })
 }
 
 /// Mean step of the ten samples up to `k`, before whatever happens there.

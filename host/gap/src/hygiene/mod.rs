@@ -8,6 +8,7 @@ mod effort;
 mod jump;
 mod position;
 mod regression;
+mod spot;
 mod timing;
 mod velocity;
 

@@ -1,13 +1,14 @@
 //! Positions: whether they move, on which grid, and whether effort and inertia could have moved them so.
 
 use super::jump::{Jump, Measured, measured, slope_before};
-use super::{Code, Hygiene, Severity, many};
+use super::{Code, Hygiene, Severity, many, spot};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
 use crate::log::{Log, PositionKind};
 use crate::sensor::grid_rad;
 use crate::signal::extent;
 use crate::stretch::{Stretch, rad_per_count};
+use bristle_plant::Unit;
 use std::ops::Range;
 
 /// Shortest standstill that may be a stuck encoder.
@@ -126,8 +127,8 @@ fn inspect_grid(log: &Log, axis: &AxisFile, out: &mut Hygiene) -> Grid {
         places.len()
     };
     let key = match axis.unit {
-        bristle_plant::Unit::Rotary => "counts_per_rev",
-        bristle_plant::Unit::Linear => "counts_per_m",
+        Unit::Rotary => "counts_per_rev",
+        Unit::Linear => "counts_per_m",
     };
     let given = axis.axis.counts_per_turn.unwrap_or(1.0);
     if fits(count) {
@@ -189,6 +190,8 @@ struct Limits {
     count: f64,
     /// Travel to believe in before an encoder is called stuck, rad.
     missed_rad: f64,
+    /// Its places come again each turn.
+    rotary: bool,
 }
 
 impl Limits {
@@ -226,21 +229,20 @@ impl Limits {
             level_nm: level,
             count,
             missed_rad: MISSED_COUNTS * count + presliding,
+            rotary: axis.unit == Unit::Rotary,
         }
     }
 
     /// Second difference of positions so far apart in time that is beyond every doubt, rad: by an acceleration three times
     /// what this effort and friction at twice its level give.
     fn within(&self, effort_nm: f64, step_s: f64) -> f64 {
-        let acceleration = 3.0 * (effort_nm + 2.0 * self.level_nm) / self.inertia;
-        acceleration * step_s * step_s + 4.0 * self.count
+        self.by(3.0, effort_nm, step_s)
     }
 
-    /// The same about some samples, by the largest effort there.
-    fn step_rad(&self, u: &[f64], samples: &Range<usize>, step_s: f64) -> f64 {
-        let near = samples.start.saturating_sub(3)..(samples.end + 2).min(u.len());
-        let effort_nm = u[near].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-        self.within(effort_nm, step_s)
+    /// That of so many times the acceleration, rad.
+    fn by(&self, times: f64, effort_nm: f64, step_s: f64) -> f64 {
+        let acceleration = times * (effort_nm + 2.0 * self.level_nm) / self.inertia;
+        acceleration * step_s * step_s + 4.0 * self.count
     }
 }
 
@@ -285,7 +287,11 @@ impl Found {
             } else if let Some(frozen) = frozen {
                 self.stuck.push(shifted(frozen.start..last + 1));
             } else {
-                let step = match measured(q, &group, limits.step_rad(u, &group, stretch.step_s)) {
+                let step = match measured(
+                    q,
+                    &group,
+                    limits.within(effort_about(u, &group), stretch.step_s),
+                ) {
                     Measured::Hit => continue,
                     Measured::Nothing => None,
                     Measured::Step(jump) => Some(Jump {
@@ -295,6 +301,12 @@ impl Found {
                 };
                 elsewhere.push((shifted(group), peak.max(net.abs()), step));
             }
+        }
+        for jump in at_a_spot(limits, q, u, stretch.step_s) {
+            let own = shifted(jump.sample - 1..jump.sample + 1);
+            elsewhere.retain(|(group, ..)| group.end < own.start || own.end < group.start);
+            let sample = jump.sample + offset;
+            elsewhere.push((own, jump.size_rad.abs(), Some(Jump { sample, ..jump })));
         }
         for range in &still {
             let near = |other: &Range<usize>| {
@@ -351,14 +363,43 @@ impl Found {
             self.steps.sort_by_key(|jump| jump.sample);
             out.jumps = self.steps;
             let text = format!(
-                "{}, by up to {:.3e} {unit}, faster than the effort can move the axis: lost counts or a counter that \
-                 wraps; left out",
+                "{}, by up to {:.3e} {unit}, faster than the effort can move the axis or alike and at one place: lost \
+                 counts or a counter that wraps; left out",
                 many(count, "position jump", "position jumps"),
                 self.largest_rad
             );
             out.find(Code::PositionJump, Severity::Excluded, text);
         }
     }
+}
+
+/// Motion beside that of an axis without friction, which moves by so much for each N m in a sample.
+fn q_beside(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<f64> {
+    let (mut free_rad, mut step_rad) = (0.0, 0.0);
+    let mut beside = Vec::with_capacity(q.len());
+    for (k, q) in q.iter().enumerate() {
+        beside.push(q - free_rad);
+        free_rad += step_rad + 0.5 * u[k] * rad_per_nm;
+        step_rad += u[k] * rad_per_nm;
+    }
+    beside
+}
+
+/// Steps that are alike and at one place, of those farther than effort and friction at twice its level move the axis.
+fn at_a_spot(limits: &Limits, q: &[f64], u: &[f64], step_s: f64) -> Vec<Jump> {
+    let beyond = |(sample, size_rad): (usize, f64)| {
+        let effort_nm = effort_about(u, &(sample - 1..sample + 1));
+        (size_rad.abs() > limits.by(1.0, effort_nm, step_s)).then(|| Jump {
+            sample,
+            size_rad,
+            allowed_rad: limits.within(effort_nm, step_s),
+        })
+    };
+    let steps: Vec<Jump> = spot::steps(&q_beside(q, u, step_s * step_s / limits.inertia))
+        .into_iter()
+        .filter_map(beyond)
+        .collect();
+    spot::at_one_place(q, &steps, limits.rotary, limits.count)
 }
 
 fn smallest_step(q: &[f64]) -> f64 {
@@ -446,6 +487,12 @@ fn usual_second_difference(q: &[f64]) -> f64 {
     *second.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
+/// Largest effort about some samples.
+fn effort_about(u: &[f64], samples: &Range<usize>) -> f64 {
+    let near = samples.start.saturating_sub(3)..(samples.end + 2).min(u.len());
+    u[near].iter().fold(0.0, |most: f64, u| most.max(u.abs()))
+}
+
 /// Groups of samples about which the position changes its speed faster than the effort allows, and far faster than it
 /// does elsewhere on this record; or steps to where it goes on as before, faster than the effort of that moment allows.
 fn impossible(limits: &Limits, q: &[f64], u: &[f64], step_s: f64, usual: f64) -> Vec<Range<usize>> {
@@ -459,7 +506,7 @@ fn impossible(limits: &Limits, q: &[f64], u: &[f64], step_s: f64, usual: f64) ->
         let loudest = others.fold(0.0, |most: f64, turn| most.max(turn.abs()));
         there * back < 0.0
             && (there + back).abs() < UNEVEN * size
-            && size > limits.step_rad(u, &(i + 1..i + 3), step_s)
+            && size > limits.within(effort_about(u, &(i + 1..i + 3)), step_s)
             && size > STANDS_OUT * loudest
     };
     let mut out: Vec<Range<usize>> = Vec::new();

@@ -342,14 +342,17 @@ fn at_edges(smooth_rad: &[f64], velocity_rad_s: &[f64], step_s: f64) -> Vec<f64>
 /// Where the sensor would have to be for its effects to show what was recorded.
 fn undo_sensor(stretch: &Stretch, step_s: f64, make: &dyn Fn() -> Vec<Box<dyn Effect>>) -> Stretch {
     let mut truth = stretch.smooth_rad.clone();
-    for _ in 0..SENSOR_ROUNDS {
+    for round in 0..SENSOR_ROUNDS {
         let mut sensors = make();
+        // Round after round an error that grows with what came before would be undone by one step more.
+        let mut error_before = 0.0;
         truth = truth
             .iter()
             .zip(&stretch.smooth_rad)
             .zip(&stretch.velocity_rad_s)
             .enumerate()
             .map(|(k, ((&at, &seen), &velocity_rad_s))| {
+                let at = if round == 0 { at + error_before } else { at };
                 let mut now = Instant {
                     time_s: stretch.start_s + k as f64 * step_s,
                     step_s,
@@ -360,7 +363,8 @@ fn undo_sensor(stretch: &Stretch, step_s: f64, make: &dyn Fn() -> Vec<Box<dyn Ef
                 for sensor in &mut sensors {
                     now.motion.position_rad = sensor.sensor(&now);
                 }
-                at + seen - now.motion.position_rad
+                error_before = at - now.motion.position_rad;
+                seen + error_before
             })
             .collect();
     }
