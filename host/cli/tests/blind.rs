@@ -105,7 +105,8 @@ const LAG_AS_DELAY: &str = "47153";
 /// a pair whose second effect explains nothing alone; and a recorder's noise that is correlated for longer than its differences show.
 /// Two without an effect whose motion between samples a load behind a spring explains: one too stiff to be accused, where a play does next best, and one of few moments. A stop as
 /// soft as rubber, friction that follows velocity through a lag of first order, and a torque constant that falls early. Two
-/// that lose counts upward only, by steps no larger than effort moves the axis within a sample of 2 ms.
+/// that lose counts upward only, by steps no larger than effort moves the axis within a sample of 2 ms. Then waves
+/// that are no sines: a ripple, an oval disc, a tight spot of a guide.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [
@@ -152,6 +153,9 @@ fn opened_cases_are_answered() {
         ("52023", "effect", &["actuator.gain"]),
         ("51043", "effect", &["sensor.lost_counts"]),
         ("53023", "effect", &["sensor.lost_counts"]),
+        ("53054", "effect", &["actuator.ripple"]),
+        ("53018", "effect", &["sensor.eccentricity"]),
+        ("51007", "effect", &["friction.position"]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();

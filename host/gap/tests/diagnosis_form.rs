@@ -38,12 +38,32 @@ fn tight_spot() -> EffectEntry {
 }
 
 #[test]
+fn harmonics_of_a_wave_are_fitted_with_it() {
+    let shares = [("second_cosine_share", 0.25), ("third_sine_share", -0.12)];
+    let mut spot = tight_spot();
+    let with = |(name, share): (&str, f64)| (name.to_string(), share);
+    spot.parameters.extend(shares.map(with));
+    let said = said(vec![spot]);
+    assert_eq!(
+        (said.verdict.kind, &said.verdict.effects[..]),
+        (Kind::Effect, &["friction.position".to_string()][..])
+    );
+    let found = &said.candidates[0].parameters;
+    println!("{found:?}");
+    for (name, share) in shares {
+        // A twentieth of the wave, whose own amplitude comes out to a hundredth.
+        assert!((found[name] - share).abs() < 0.05, "{name}: {found:?}");
+    }
+}
+
+#[test]
 fn friction_over_position_is_named_though_it_is_no_sine() {
+    // The catalogue fits two and three times a wave with it.
     let harmonic = effect(
         "friction.position",
         &[
-            ("amplitude_share", 0.06),
-            ("order_per_rev", 3.0),
+            ("amplitude_share", 0.1),
+            ("order_per_rev", 5.0),
             ("phase_rad", 1.0),
         ],
     );

@@ -32,6 +32,8 @@ pub struct Levels {
     pub stiction_nm: f64,
     /// Lowest level at any speed, N m: Coulomb friction, with what little of viscous friction the Stribeck fall leaves.
     pub coulomb_nm: f64,
+    /// Viscous friction, N m s/rad.
+    pub viscous_nm_s_rad: f64,
 }
 
 impl Levels {
@@ -46,8 +48,18 @@ impl Levels {
             creep_rad_s,
             stiction_nm,
             coulomb_nm: levels.fold(stiction_nm, |low, (_, level)| low.min(level)),
+            viscous_nm_s_rad: viscous_nm_s_rad(contact),
         }
     }
+}
+
+/// A speed at which nothing is left of any Stribeck curve, rad/s.
+const FAST_RAD_S: f64 = 1e3;
+
+/// Viscous friction of a model.
+fn viscous_nm_s_rad(contact: &dyn Contact) -> f64 {
+    let fast_nm = [1.0, 2.0].map(|times| contact.steady_state_nm(times * FAST_RAD_S));
+    (fast_nm[1] - fast_nm[0]) / FAST_RAD_S
 }
 
 struct Running<F: Friction<f64>> {

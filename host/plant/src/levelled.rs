@@ -7,16 +7,8 @@
 use crate::contact::{Contact, Levels};
 use bristle_core::friction::Motion;
 
-/// A speed at which nothing is left of any Stribeck curve, rad/s.
-const FAST_RAD_S: f64 = 1e3;
 /// Least and most that becomes of the level: friction stays friction.
 const TIMES: [f64; 2] = [0.02, 50.0];
-
-/// Viscous friction of a model.
-pub fn viscous_nm_s_rad(contact: &dyn Contact) -> f64 {
-    let fast_nm = [1.0, 2.0].map(|times| contact.steady_state_nm(times * FAST_RAD_S));
-    (fast_nm[1] - fast_nm[0]) / FAST_RAD_S
-}
 
 /// A contact with bristles, and how many times its own level it slides at.
 pub struct Levelled {
@@ -29,9 +21,10 @@ pub struct Levelled {
 impl Levelled {
     /// A contact at its own level.
     pub fn new(contact: Box<dyn Contact>) -> Self {
+        let levels = Levels::of(contact.as_ref());
         Self {
-            creep_rad_s: Levels::of(contact.as_ref()).creep_rad_s,
-            viscous_nm_s_rad: viscous_nm_s_rad(contact.as_ref()),
+            creep_rad_s: levels.creep_rad_s,
+            viscous_nm_s_rad: levels.viscous_nm_s_rad,
             times: 1.0,
             contact,
         }

@@ -14,6 +14,7 @@ mod coupling;
 mod credit;
 mod drift;
 mod fitted_noise;
+mod harmonics;
 mod held_out;
 mod hypothesis;
 mod left;

@@ -6,6 +6,7 @@
 mod balance;
 mod effort;
 mod jump;
+mod limits;
 mod position;
 mod regression;
 mod spot;

@@ -1,6 +1,7 @@
 //! Positions: whether they move, on which grid, and whether effort and inertia could have moved them so.
 
 use super::jump::{Jump, Measured, measured, slope_before};
+use super::limits::Limits;
 use super::{Code, Hygiene, Severity, many, spot};
 use crate::axis_file::AxisFile;
 use crate::error::InputError;
@@ -15,8 +16,6 @@ use std::ops::Range;
 const SHORTEST_STANDSTILL: usize = 10;
 /// A record of which more than this part is stuck is none.
 const STUCK_PART: f64 = 0.6;
-/// What an axis must have missed to call its encoder stuck, in counts.
-const MISSED_COUNTS: f64 = 50.0;
 /// Factors by which encoders are misread: quadrature, decimal and binary gears, turns for radians left out.
 const FACTORS: [f64; 7] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0];
 /// Samples on either side that a step has to stand out of.
@@ -176,76 +175,6 @@ fn decimal(step: f64) -> bool {
     (power - power.round()).abs() < 1e-6
 }
 
-/// What the axis can do at most.
-struct Limits {
-    /// Inertia, kg m^2.
-    inertia: f64,
-    /// Effort that surely breaks away, N m.
-    breaks_away_nm: f64,
-    /// Largest effort, N m.
-    largest_nm: f64,
-    /// Friction that may help, N m.
-    level_nm: f64,
-    /// A count, or a step of the grid that positions lie on, rad.
-    count: f64,
-    /// Travel to believe in before an encoder is called stuck, rad.
-    missed_rad: f64,
-    /// Its places come again each turn.
-    rotary: bool,
-}
-
-impl Limits {
-    fn new(axis: &AxisFile, position: &[f64], effort: &[f64], count: f64) -> Self {
-        let friction = &axis.friction;
-        let level = friction
-            .stiction
-            .unwrap_or(0.0)
-            .max(friction.coulomb.unwrap_or(0.0));
-        let mut moving: Vec<f64> = position
-            .windows(2)
-            .zip(effort)
-            .filter(|(pair, _)| pair[0] != pair[1])
-            .map(|(_, effort)| effort.abs())
-            .collect();
-        let middle = moving.len() / 2;
-        let typical = if moving.is_empty() {
-            0.0
-        } else {
-            *moving.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
-        let largest = effort.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-        // Twice what the file says, for a file that is wrong; twice what it takes to move on this record, for a file
-        // that is very wrong.
-        let breaks_away_nm = 2.0 * level.max(typical);
-        let inertia = axis.axis.inertia;
-        let presliding = friction
-            .stiffness
-            .filter(|stiffness| *stiffness > 0.0)
-            .map_or(0.0, |stiffness| 20.0 * level / stiffness);
-        Self {
-            inertia,
-            breaks_away_nm,
-            largest_nm: largest,
-            level_nm: level,
-            count,
-            missed_rad: MISSED_COUNTS * count + presliding,
-            rotary: axis.unit == Unit::Rotary,
-        }
-    }
-
-    /// Second difference of positions so far apart in time that is beyond every doubt, rad: by an acceleration three times
-    /// what this effort and friction at twice its level give.
-    fn within(&self, effort_nm: f64, step_s: f64) -> f64 {
-        self.by(3.0, effort_nm, step_s)
-    }
-
-    /// That of so many times the acceleration, rad.
-    fn by(&self, times: f64, effort_nm: f64, step_s: f64) -> f64 {
-        let acceleration = times * (effort_nm + 2.0 * self.level_nm) / self.inertia;
-        acceleration * step_s * step_s + 4.0 * self.count
-    }
-}
-
 #[derive(Default)]
 struct Found {
     stuck: Vec<Range<usize>>,
@@ -373,18 +302,6 @@ impl Found {
     }
 }
 
-/// Motion beside that of an axis without friction, which moves by so much for each N m in a sample.
-fn q_beside(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<f64> {
-    let (mut free_rad, mut step_rad) = (0.0, 0.0);
-    let mut beside = Vec::with_capacity(q.len());
-    for (k, q) in q.iter().enumerate() {
-        beside.push(q - free_rad);
-        free_rad += step_rad + 0.5 * u[k] * rad_per_nm;
-        step_rad += u[k] * rad_per_nm;
-    }
-    beside
-}
-
 /// Steps that are alike and at one place, of those farther than effort and friction at twice its level move the axis.
 fn at_a_spot(limits: &Limits, q: &[f64], u: &[f64], step_s: f64) -> Vec<Jump> {
     let beyond = |(sample, size_rad): (usize, f64)| {
@@ -395,7 +312,7 @@ fn at_a_spot(limits: &Limits, q: &[f64], u: &[f64], step_s: f64) -> Vec<Jump> {
             allowed_rad: limits.within(effort_nm, step_s),
         })
     };
-    let steps: Vec<Jump> = spot::steps(&q_beside(q, u, step_s * step_s / limits.inertia))
+    let steps: Vec<Jump> = spot::steps(q, u, step_s * step_s / limits.inertia)
         .into_iter()
         .filter_map(beyond)
         .collect();

@@ -16,8 +16,17 @@ const ALIKE: f64 = 0.15;
 /// And by so many counts: each of four positions about a step is rounded.
 const ROUNDED: f64 = 2.0;
 
-/// First sample behind each step that stands out, and how far it went: as in [`super::jump::measured`], at every sample.
-pub(super) fn steps(q: &[f64]) -> Vec<(usize, f64)> {
+/// First sample behind each step that stands out, and how far it went: as in [`super::jump::measured`], at every sample, beside the
+/// motion of an axis without friction, which goes so far for each N m in a sample.
+pub(super) fn steps(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<(usize, f64)> {
+    let (mut free_rad, mut step_rad) = (0.0, 0.0);
+    let beside = q.iter().zip(u).map(|(q, u)| {
+        let beside = q - free_rad;
+        free_rad += step_rad + 0.5 * u * rad_per_nm;
+        step_rad += u * rad_per_nm;
+        beside
+    });
+    let q: Vec<f64> = beside.collect();
     let rows: Vec<usize> = (0..ROWS).collect();
     let design = design(&rows, AROUND, 1);
     let solver = design
@@ -131,7 +140,11 @@ mod tests {
                 allowed_rad: 0.1,
             })
         };
-        let jumps: Vec<Jump> = steps(q).into_iter().filter_map(beyond_counts).collect();
+        let still = vec![0.0; q.len()];
+        let jumps: Vec<Jump> = steps(q, &still, 0.0)
+            .into_iter()
+            .filter_map(beyond_counts)
+            .collect();
         at_one_place(q, &jumps, true, COUNT_RAD)
     }
 

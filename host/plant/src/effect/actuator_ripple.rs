@@ -1,38 +1,40 @@
 //! Torque ripple: the torque constant varies with the rotor's angle.
 //!
-//! u (1 + A sin(n q + p)). It grows with torque, which tells it from cogging.
+//! u (1 + A w(n q + p)), w a sine with harmonics. It grows with torque, which tells it from cogging.
 //!
 //! Source: Jahns, Soong, "Pulsating torque minimization techniques for permanent magnet AC motor drives", IEEE Trans. Ind.
 //! Electron. 43(2), 1996.
 
+use super::wave::Wave;
 use super::{Effect, Entry, Instant, Kind, Parameter};
 
 struct Ripple {
     amplitude_share: f64,
-    wave_rad: f64,
-    phase_rad: f64,
+    wave: Wave,
 }
 
 impl Effect for Ripple {
     fn actuator(&mut self, now: &Instant) -> f64 {
-        let angle = self.wave_rad * now.motion.position_rad + self.phase_rad;
-        now.torque_nm * (1.0 + self.amplitude_share * angle.sin())
+        now.torque_nm * (1.0 + self.amplitude_share * self.wave.at(now.motion.position_rad))
     }
 }
 
 pub(super) const ENTRY: Entry = Entry {
     id: "actuator.ripple",
-    model: "u (1 + A sin(n q + p))",
+    model: "u (1 + A w(n q + p)), w(x) = sin x + harmonics",
     parameters: &[
         Parameter::same("amplitude_share", Kind::Size, |_| [0.01, 0.3]),
         Parameter::ORDER,
         Parameter::PHASE,
+        Parameter::SECOND_SINE,
+        Parameter::SECOND_COSINE,
+        Parameter::THIRD_SINE,
+        Parameter::THIRD_COSINE,
     ],
     build: |values, unit| {
         Box::new(Ripple {
             amplitude_share: values[0],
-            wave_rad: unit.wave_rad(values[1]),
-            phase_rad: values[2],
+            wave: Wave::new(unit, values[1], values[2], &values[3..]),
         })
     },
 };
@@ -46,7 +48,7 @@ mod tests {
 
     #[test]
     fn repeats_with_its_order_and_grows_with_torque() {
-        let mut effect = (ENTRY.build)(&[0.1, 6.0, 0.0], Unit::Rotary);
+        let mut effect = (ENTRY.build)(&[0.1, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0], Unit::Rotary);
         let mut added = |q, torque_nm| {
             let now = Instant {
                 torque_nm,

@@ -9,7 +9,7 @@
 
 use super::{Effect, Entry, Kind, Parameter};
 use crate::contact::{Contact, Levels, contact};
-use crate::levelled::{Levelled, viscous_nm_s_rad};
+use crate::levelled::Levelled;
 use bristle_core::friction::Motion;
 use bristle_core::friction::elasto_plastic::ElastoPlastic;
 use bristle_core::friction::lugre::{Damping, LuGre};
@@ -78,7 +78,7 @@ impl Effect for Presliding {
         let z_ss_rad = self.z_ss_rad + inner.deflection_rad().abs();
         match self.bristles(levels.stiction_nm, z_ss_rad) {
             Some((bristles, fastest)) => Box::new(OnBristles {
-                viscous_nm_s_rad: viscous_nm_s_rad(inner.as_ref()),
+                viscous_nm_s_rad: levels.viscous_nm_s_rad,
                 creep_rad_s: levels.creep_rad_s,
                 bristles: Levelled::new(bristles),
                 inner,

@@ -38,6 +38,7 @@ mod sensor_lost_counts;
 mod sensor_quantization;
 #[cfg(test)]
 pub(crate) mod testing;
+mod wave;
 
 pub use hook::{Coupling, Effect, FELT_S, Instant, Plain};
 pub use parameter::{Entry, Kind, Parameter, Scale};

@@ -1,39 +1,42 @@
 //! Eccentric code disc: the sensor reads too much on one side of the turn and too little on the other.
 //!
-//! q + A sin(n q + p). On a linear axis n is the turns of its screw in a metre.
+//! q + A w(n q + p), w a sine with harmonics: a disc that is oval besides. On a linear axis n is the turns of its screw in a metre.
 //!
 //! Source: Kaul, Tiwari, "Error modeling of optical incremental encoders" and makers' notes: A = eccentricity/radius.
 
+use super::wave::Wave;
 use super::{Effect, Entry, Instant, Kind, Parameter};
 
 struct Eccentricity {
     amplitude_rad: f64,
-    wave_rad: f64,
-    phase_rad: f64,
+    wave: Wave,
 }
 
 impl Effect for Eccentricity {
     fn sensor(&mut self, now: &Instant) -> f64 {
         let q = now.motion.position_rad;
-        q + self.amplitude_rad * (self.wave_rad * q + self.phase_rad).sin()
+        q + self.amplitude_rad * self.wave.at(q)
     }
 }
 
 pub(super) const ENTRY: Entry = Entry {
     id: "sensor.eccentricity",
-    model: "q + A sin(n q + p)",
+    model: "q + A w(n q + p), w(x) = sin x + harmonics",
     parameters: &[
         Parameter::new(["amplitude_rad", "amplitude_m"], Kind::Size, |scale| {
             scale.either([0.0, 0.03], [0.0, 1e-3])
         }),
         Parameter::TURN,
         Parameter::PHASE,
+        Parameter::SECOND_SINE,
+        Parameter::SECOND_COSINE,
+        Parameter::THIRD_SINE,
+        Parameter::THIRD_COSINE,
     ],
     build: |values, unit| {
         Box::new(Eccentricity {
             amplitude_rad: values[0],
-            wave_rad: unit.wave_rad(values[1]),
-            phase_rad: values[2],
+            wave: Wave::new(unit, values[1], values[2], &values[3..]),
         })
     },
 };
@@ -45,7 +48,7 @@ mod tests {
 
     #[test]
     fn is_once_a_turn() {
-        let mut effect = (ENTRY.build)(&[1e-3, 1.0, 0.0], Unit::Rotary);
+        let mut effect = (ENTRY.build)(&[1e-3, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0], Unit::Rotary);
         let mut error = |q: f64| {
             let mut now = Instant::default();
             now.motion.position_rad = q;

@@ -18,6 +18,7 @@ pub const PLAIN: Plain = Plain {
     levels: Levels {
         creep_rad_s: 1e-9,
         stiction_nm: 0.02,
+        viscous_nm_s_rad: 0.001,
         coulomb_nm: 0.02,
     },
 };
