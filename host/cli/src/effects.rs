@@ -93,7 +93,7 @@ fn role(kind: Kind) -> &'static str {
         Kind::Limit => "limit",
         Kind::Order => "order",
         Kind::Phase => "phase",
-        Kind::Harmonic => "harmonic",
+        Kind::Detail => "detail",
         Kind::Frequency => "frequency",
         Kind::Onset => "onset",
         Kind::Event => "event",

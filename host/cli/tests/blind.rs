@@ -106,7 +106,8 @@ const LAG_AS_DELAY: &str = "47153";
 /// Two without an effect whose motion between samples a load behind a spring explains: one too stiff to be accused, where a play does next best, and one of few moments. A stop as
 /// soft as rubber, friction that follows velocity through a lag of first order, and a torque constant that falls early. Two
 /// that lose counts upward only, by steps no larger than effort moves the axis within a sample of 2 ms. Then waves
-/// that are no sines: a ripple, an oval disc, a tight spot of a guide.
+/// that are no sines: a ripple, an oval disc, a tight spot of a guide; and a voltage limit with
+/// a round knee.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [
@@ -156,6 +157,7 @@ fn opened_cases_are_answered() {
         ("53054", "effect", &["actuator.ripple"]),
         ("53018", "effect", &["sensor.eccentricity"]),
         ("51007", "effect", &["friction.position"]),
+        ("54037", "effect", &["actuator.voltage_limit"]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();

@@ -259,7 +259,7 @@ fn near(model: &Model, fit: &Fit, tried: Range<usize>) -> Vec<Vec<f64>> {
 }
 
 /// The model with its last effect in its other form, where it has one: no fit goes from one to the other.
-fn other_form(model: &Model, scale: &Scale) -> Option<Model> {
+pub(super) fn other_form(model: &Model, scale: &Scale) -> Option<Model> {
     let mut other = model.clone();
     let added = other.effects.last_mut()?;
     let parameters = added.entry.parameters;

@@ -2,7 +2,7 @@
 
 use super::accuse::{ACCUSES, NOTHING, grows_with_load, leaves, leaves_anything};
 use super::candidate::{Background, Screened};
-use super::harmonics::try_harmonics;
+use super::details::try_details;
 use super::likelihood::Noise;
 use super::regime::Node;
 use super::screen::{Tried, WORTH_A_FIT, fit_best, screen};
@@ -98,7 +98,7 @@ impl Ground<'_> {
                 }
             }
         }
-        try_harmonics(&mut found, fitted, self.records, self.scale, weights)?;
+        try_details(&mut found, fitted, self.records, self.scale, weights)?;
         // What lies below what is open counts, too: the noise that it is judged by is yet to be found.
         let density = |fit: &Fit| noise.log_density_of_all(self.nodes, &fit.left_over);
         found.sort_by(|a, b| density(&b.fit).total_cmp(&density(&a.fit)));
@@ -260,7 +260,7 @@ impl Ground<'_> {
         })?;
         tried.extend(further);
         // With noise that the best one leaves they may show where they did not before.
-        try_harmonics(&mut tried, &fitted, self.records, self.scale, weights)?;
+        try_details(&mut tried, &fitted, self.records, self.scale, weights)?;
         Ok((fitted, tried))
     }
 }

@@ -28,9 +28,10 @@ pub(super) fn steps(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<(usize, f64)> 
     });
     let q: Vec<f64> = beside.collect();
     let rows: Vec<usize> = (0..ROWS).collect();
-    let design = design(&rows, AROUND, 1);
+    let design = design(&rows, AROUND, 1)
+        .fixed_view::<ROWS, 4>(0, 0)
+        .into_owned();
     let solver = design
-        .clone()
         .pseudo_inverse(1e-9)
         .expect("a tolerance that is positive");
     let found: Vec<(usize, f64)> = q
@@ -38,8 +39,8 @@ pub(super) fn steps(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<(usize, f64)> 
         .enumerate()
         .map(|(first, near)| {
             let near = SVector::<f64, ROWS>::from_fn(|row, _| near[row] - near[AROUND]);
-            let solved = &solver * near;
-            let left = (&design * &solved - near).norm() / ((ROWS - solved.len()) as f64).sqrt();
+            let solved = solver * near;
+            let left = (design * solved - near).norm() / ((ROWS - solved.len()) as f64).sqrt();
             let size = solved[3];
             (
                 first + AROUND,

@@ -76,7 +76,7 @@ impl Draft {
                         Unit::Linear => order,
                     }
                 }
-                Kind::Harmonic => 0.0,
+                Kind::Detail => 0.0,
                 Kind::Phase => dice.between(-PI, PI),
                 Kind::Frequency => dice.decades(low.max(0.5), high.min(60.0)),
                 Kind::Form | Kind::Side => dice.of(&[low, high]),

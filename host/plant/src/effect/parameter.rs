@@ -60,8 +60,8 @@ pub enum Kind {
     Order,
     /// Phase of a wave, rad.
     Phase,
-    /// Share of a harmonic of a wave: nothing to search for before the wave itself is known.
-    Harmonic,
+    /// A detail of a wave or a limit, not there at zero: nothing to search for before the wave or the limit is known.
+    Detail,
     /// Frequency of a wave, Hz.
     Frequency,
     /// Moment from which something is different for good.
@@ -139,16 +139,16 @@ impl Parameter {
 
     /// The sine of twice the angle of a wave, as a share of it.
     pub(super) const SECOND_SINE: Self =
-        Self::same("second_sine_share", Kind::Harmonic, |_| [-0.6, 0.6]);
+        Self::same("second_sine_share", Kind::Detail, |_| [-0.6, 0.6]);
     /// Its cosine.
     pub(super) const SECOND_COSINE: Self =
-        Self::same("second_cosine_share", Kind::Harmonic, |_| [-0.6, 0.6]);
+        Self::same("second_cosine_share", Kind::Detail, |_| [-0.6, 0.6]);
     /// The sine of three times the angle.
     pub(super) const THIRD_SINE: Self =
-        Self::same("third_sine_share", Kind::Harmonic, |_| [-0.3, 0.3]);
+        Self::same("third_sine_share", Kind::Detail, |_| [-0.3, 0.3]);
     /// Its cosine.
     pub(super) const THIRD_COSINE: Self =
-        Self::same("third_cosine_share", Kind::Harmonic, |_| [-0.3, 0.3]);
+        Self::same("third_cosine_share", Kind::Detail, |_| [-0.3, 0.3]);
 
     /// One with a name for each kind of axis, zero where it is not given.
     pub(super) const fn new(
