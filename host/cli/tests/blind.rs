@@ -103,11 +103,11 @@ const LAG_AS_DELAY: &str = "47153";
 /// vibration passes for noise until it is fitted, and three pairs: whose second effect lies below what is open, is hardly tried
 /// alone, or shares much with the first. A spring whose rest lies outside the travel, tight spots of less than two waves over it,
 /// a pair whose second effect explains nothing alone; and a recorder's noise that is correlated for longer than its differences show.
-/// Two without an effect whose motion between samples a load behind a spring explains: one too stiff to be accused, where a play does next best, and one of few moments. A stop as
-/// soft as rubber, friction that follows velocity through a lag of first order, and a torque constant that falls early. Two
-/// that lose counts upward only, by steps no larger than effort moves the axis within a sample of 2 ms. Then waves
-/// that are no sines: a ripple, an oval disc, a tight spot of a guide; and a voltage limit with
-/// a round knee.
+/// Two without an effect whose motion between samples a load behind a spring explains: one too stiff to be accused, where a
+/// play does next best, and one of few moments. A stop as soft as rubber, friction that follows velocity through a lag of first
+/// order, and a torque constant that falls early. Two that lose counts upward only, by steps no larger than effort moves the
+/// axis within a sample of 2 ms. Then waves that are no sines: a ripple, an oval disc, a tight spot of a guide; and a voltage
+/// limit with a round knee.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [

@@ -1,5 +1,6 @@
 //! Rotary or linear: the one choice that all units of a file follow from.
 
+use std::f64::consts::TAU;
 use std::fmt;
 
 /// What the motor does: turn (N m, rad) or travel (N, m).
@@ -28,11 +29,19 @@ impl Unit {
         }
     }
 
+    /// Where a position lies within its turn, from -pi to pi, or along a linear axis.
+    pub fn place_rad(self, position_rad: f64) -> f64 {
+        match self {
+            Self::Rotary => position_rad - TAU * (position_rad / TAU).round(),
+            Self::Linear => position_rad,
+        }
+    }
+
     /// Angle of a wave that repeats `order` times a turn, or a metre, per rad or m of travel.
     pub fn wave_rad(self, order: f64) -> f64 {
         match self {
             Self::Rotary => order,
-            Self::Linear => order * std::f64::consts::TAU,
+            Self::Linear => order * TAU,
         }
     }
 }

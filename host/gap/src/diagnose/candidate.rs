@@ -327,8 +327,8 @@ impl<'a> Background<'a> {
                         .push(Free::linear(owner, name, value, 3.0, [-20.0, 20.0]))
                 }
                 // The slope of a jump says nothing: a fit that counted on it would go nowhere.
-                Kind::Event | Kind::Place | Kind::Detail => {}
-                Kind::Form | Kind::Side | Kind::Seed => {}
+                Kind::Event | Kind::Place => {}
+                Kind::Form | Kind::Side | Kind::Seed | Kind::Detail => {}
                 _ if logarithmic => {
                     let mut free = Free::about(owner, name, value, 0.25 * (high / low).ln(), hard);
                     free.center = 0.5 * (low.ln() + high.ln());

@@ -14,7 +14,7 @@ use crate::inverse::{Added, Record};
 use crate::log::{Log, PositionKind};
 use crate::signal::extent;
 use bristle_plant::Unit;
-use bristle_plant::effect::{ALL, Entry, Kind};
+use bristle_plant::effect::{ALL, Effect, Entry, Instant, Kind};
 use std::f64::consts::TAU;
 
 /// Its id.
@@ -116,35 +116,36 @@ impl Steps {
             .lost
             .iter()
             .min_by(|a, b| width(a).total_cmp(&width(b)))?;
-        let place_rad = 0.5 * slowest.passes_rad.iter().sum::<f64>();
-        let place_rad = match unit {
-            Unit::Rotary => place_rad - TAU * (place_rad / TAU).round(),
-            Unit::Linear => place_rad,
+        let place_rad = unit.place_rad(0.5 * slowest.passes_rad.iter().sum::<f64>());
+        let mut values = entry.defaults();
+        let [size, place, form] = [Kind::Size, Kind::Place, Kind::Form]
+            .map(|kind| entry.parameters.iter().position(|p| p.kind == kind));
+        values[size?] = 1.0;
+        values[place?] = place_rad;
+        // Counts given back one at a time say how often the place was passed.
+        let passes_downward = |q: &Vec<f64>| {
+            let mut counts = (entry.build)(&values, unit);
+            let passed = q.iter().map(|&q| (q - read(counts.as_mut(), q)).round());
+            let passed: Vec<f64> = passed.collect();
+            passed.windows(2).any(|pair| pair[1] < pair[0])
         };
-        let below = |q: f64| match unit {
-            Unit::Rotary => ((q - place_rad) / TAU).floor(),
-            Unit::Linear => f64::from(u8::from(q >= place_rad)),
-        };
-        let passes_downward =
-            |q: &Vec<f64>| q.windows(2).any(|pair| below(pair[1]) < below(pair[0]));
         let given_back = !self.lost.iter().all(|step| step.upward)
             || !self.mended_rad.iter().any(passes_downward);
-        let mut values = entry.defaults();
-        let said = [
-            (Kind::Size, size_rad),
-            (Kind::Place, place_rad),
-            (Kind::Form, f64::from(u8::from(given_back))),
-        ];
-        for (kind, value) in said {
-            let parameter = entry.parameters.iter().position(|p| p.kind == kind)?;
-            values[parameter] = value;
-        }
+        values[size?] = size_rad;
+        values[form?] = f64::from(u8::from(given_back));
         Some(Lost {
             added: Added { entry, values },
             as_recorded: self.as_recorded,
             nats: self.nats,
         })
     }
+}
+
+/// What a sensor with an effect reads at a position, rad.
+fn read(sensor: &mut dyn Effect, position_rad: f64) -> f64 {
+    let mut now = Instant::default();
+    now.motion.position_rad = position_rad;
+    sensor.sensor(&now)
 }
 
 /// Counts that were lost.

@@ -5,7 +5,6 @@ use super::candidate::{Background, Start, hard_range, size_before};
 use super::regime::Node;
 use super::starts::{SHAPES, SIZES, levels};
 use crate::inverse::{Fit, Free, Model, Owner, Record, cost_at};
-use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind, Parameter};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -182,12 +181,7 @@ impl Background<'_> {
             match kind {
                 Kind::Event => Some((node.time_s(self.records), node_s)),
                 Kind::Place => {
-                    let q = node.position_rad(self.records);
-                    let turn = std::f64::consts::TAU;
-                    let at = match self.scale.unit {
-                        Unit::Rotary => q - turn * (q / turn).round(),
-                        Unit::Linear => q,
-                    };
+                    let at = self.scale.unit.place_rad(node.position_rad(self.records));
                     Some((at, node_s * node.velocity_rad_s(self.records).abs()))
                 }
                 _ => None,

@@ -34,32 +34,22 @@ pub(super) fn steps(q: &[f64], u: &[f64], rad_per_nm: f64) -> Vec<(usize, f64)> 
     let solver = design
         .pseudo_inverse(1e-9)
         .expect("a tolerance that is positive");
-    let found: Vec<(usize, f64)> = q
-        .windows(ROWS)
-        .enumerate()
-        .map(|(first, near)| {
-            let near = SVector::<f64, ROWS>::from_fn(|row, _| near[row] - near[AROUND]);
-            let solved = solver * near;
-            let left = (design * solved - near).norm() / ((ROWS - solved.len()) as f64).sqrt();
-            let size = solved[3];
-            (
-                first + AROUND,
-                if size.abs() > STANDS_OUT * left {
-                    size
-                } else {
-                    0.0
-                },
-            )
-        })
-        .collect();
-    let largest = |place: &usize| {
-        let near = place.saturating_sub(AROUND)..(place + AROUND).min(found.len());
-        let size = found[*place].1.abs();
-        size > 0.0 && found[near].iter().all(|other| other.1.abs() <= size)
+    let size = |near: &[f64]| {
+        let near = SVector::<f64, ROWS>::from_fn(|row, _| near[row] - near[AROUND]);
+        let solved = solver * near;
+        let left = (design * solved - near).norm() / ((ROWS - solved.len()) as f64).sqrt();
+        let stands_out = solved[3].abs() > STANDS_OUT * left;
+        if stands_out { solved[3] } else { 0.0 }
     };
-    (0..found.len())
+    let sizes: Vec<f64> = q.windows(ROWS).map(size).collect();
+    let largest = |place: &usize| {
+        let near = place.saturating_sub(AROUND)..(place + AROUND).min(sizes.len());
+        let size = sizes[*place].abs();
+        size > 0.0 && sizes[near].iter().all(|other| other.abs() <= size)
+    };
+    (0..sizes.len())
         .filter(largest)
-        .map(|place| found[place])
+        .map(|place| (place + AROUND, sizes[place]))
         .collect()
 }
 

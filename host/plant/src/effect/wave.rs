@@ -21,11 +21,12 @@ impl Wave {
 
     /// At a position, the fundamental of amplitude one.
     pub(super) fn at(&self, position_rad: f64) -> f64 {
-        let sine = (self.wave_rad * position_rad + self.phase_rad).sin();
+        let angle = self.wave_rad * position_rad + self.phase_rad;
+        let sine = angle.sin();
         let Some([sine_2, cosine_2, sine_3, cosine_3]) = self.harmonics else {
             return sine;
         };
-        let cosine = (self.wave_rad * position_rad + self.phase_rad).cos();
+        let cosine = angle.cos();
         let squared = sine * sine;
         sine + 2.0 * sine_2 * sine * cosine
             + cosine_2 * (1.0 - 2.0 * squared)
