@@ -3,7 +3,7 @@
 use super::accuse::{
     ACCUSES, ALL_BUT_TELLS, BY_EVIDENCE, DEPENDS, EXPLAINS_ALL, FOREIGN, LEAST_EVIDENCE,
     LEAVES_MOMENTS, LEAVES_OF_LITTLE, MATTERS, NOTHING, OF_MOMENTS, SHARE, STANDS_FOR,
-    STEPS_EXPLAIN, STEPS_TAKE, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
+    STEPS_EXPLAIN, STEPS_TAKE, STRAINED, TAKES_ALL_BUT, TIES, TIES_BUT_FOR_PRIORS, UNKNOWN_MOMENTS,
     UNKNOWN_SLIDING, WORSENS, below_open, brings_bristles, choose, explained, follows_acceleration,
     leaves,
 };
@@ -16,6 +16,7 @@ use super::own::Own;
 use super::own_form::in_own_form;
 use super::play::{PLAY, springs};
 use super::regime::Regime;
+use super::rivals::is_told_from;
 use super::tried::Search;
 use crate::inverse::Owner;
 use crate::signal::{rms_beside, weighted_squares};
@@ -251,6 +252,11 @@ impl<'a> Chosen<'a> {
         is_without_noise(self.best) && (stands || fills || depends())
     }
 
+    /// Whether one effect leaves the simulator's own parameters where they are hardly believed, in whatever form.
+    pub(super) fn strains(&self) -> bool {
+        self.best.added.len() == 1 && is_without_noise(self.best) && self.best.log_belief < STRAINED
+    }
+
     /// Whether it has a wave whose order was fitted: beside another effect it may stop beside its own, or stand for what is no wave.
     fn has_free_order(&self) -> bool {
         let model = &self.best.model;
@@ -320,7 +326,19 @@ impl<'a> Chosen<'a> {
                         && noise.apart(nodes, &h.fit.left_over, &most.fit.left_over) < SAME
             })
         };
-        let kept = tied.iter().filter(|(_, h)| keeps(h));
-        kept.map(|&(place, _)| place).collect()
+        let kept: Vec<(usize, &Hypothesis)> = tied.into_iter().filter(|(_, h)| keeps(h)).collect();
+        let Some(&(_, first)) = kept.first() else {
+            return Vec::new();
+        };
+        let is_told = |h: &Hypothesis| {
+            noise.apart(nodes, &h.fit.left_over, &first.fit.left_over) > 0.0
+                && is_told_from(search, first, h)
+        };
+        let rivals = kept.iter().skip(1).filter(|(_, h)| !is_told(h));
+        kept.iter()
+            .take(1)
+            .chain(rivals)
+            .map(|&(place, _)| place)
+            .collect()
     }
 }

@@ -8,7 +8,8 @@ use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::own::Own;
-use super::regime::Regime;
+use super::regime::{Regime, members};
+use super::tone::toneless;
 use super::tried::Search;
 use std::cell::OnceCell;
 
@@ -20,8 +21,8 @@ pub(super) struct Left {
     pub(super) much: bool,
     /// Ratio of root-mean-squares in motion, by which few moments count; nothing where it is noise of the recorder.
     pub(super) moments: f64,
-    /// In the record and regime where it is most, where that tells.
-    in_a_regime: f64,
+    /// One regime of one record keeps what nothing leaves that is there.
+    fills_a_regime: bool,
 }
 
 impl Left {
@@ -65,7 +66,13 @@ impl Left {
             rms_sliding,
             noise.times_open_in(nodes, rest, sliding),
         ];
-        let noise_alone = times[0] < EVENLY.1 && noise.is_even(nodes, rest, EVENLY.0);
+        // A tone goes on evenly, too.
+        let is_tone = || {
+            let calm = |place| members(nodes, rest, place, |of| of != Regime::Low);
+            let toneless = toneless(&search.records, nodes, rest, calm);
+            noise.times_open(nodes, &toneless) < NOTHING[0]
+        };
+        let noise_alone = times[0] < EVENLY.1 && noise.is_even(nodes, rest, EVENLY.0) && !is_tone();
         let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];
         Self {
             times,
@@ -75,11 +82,10 @@ impl Left {
             } else {
                 noise.rms_times_open(nodes, rest, &Regime::MOVING)
             },
-            in_a_regime: if noise_alone {
-                1.0
-            } else {
-                noise.most_times_open(nodes, rest, IN_A_REGIME.0)
-            },
+            fills_a_regime: !noise_alone
+                && IN_A_REGIME
+                    .iter()
+                    .any(|&(nats, times)| noise.most_times_open(nodes, rest, nats) > times),
         }
     }
 
@@ -103,7 +109,7 @@ impl Left {
 
     /// Whether one regime of one record keeps what nothing leaves that is there.
     pub(super) fn fills_a_regime(&self) -> bool {
-        self.in_a_regime > IN_A_REGIME.1
+        self.fills_a_regime
     }
 
     /// Whether it is what no simulator leaves that nothing is missing from.

@@ -313,7 +313,12 @@ impl Noise {
 
     /// The noise about a node.
     pub fn group(&self, node: &Node) -> &Group {
-        &self.groups[node.record][node.regime as usize]
+        self.of(node.record, node.regime)
+    }
+
+    /// The noise of a record in a regime.
+    pub(super) fn of(&self, record: usize, regime: Regime) -> &Group {
+        &self.groups[record][regime as usize]
     }
 
     /// Weight of each node in a fit: the inverse of its spread, less where neighbours say the same.

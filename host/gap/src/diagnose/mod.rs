@@ -36,6 +36,7 @@ mod report;
 mod reproduce;
 mod result;
 mod ridge;
+mod rivals;
 mod rotor_noise;
 mod round;
 mod screen;
@@ -76,7 +77,7 @@ pub use result::{Candidate, Diagnosis, NextExperiment, parameters};
 pub use search::catalogue;
 use search::search;
 pub use tried::{Null, Search};
-pub use verdict::{Kind, Verdict};
+pub use verdict::{Doubt, Kind, Verdict};
 
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;

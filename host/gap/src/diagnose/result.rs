@@ -7,7 +7,7 @@ use super::locate::{self, Region};
 use super::moved::Moved;
 use super::reproduce::Reproduced;
 use super::tried::Search;
-use super::verdict::{Kind, Verdict};
+use super::verdict::{Doubt, Kind, Verdict};
 use crate::believed::Believed;
 use crate::inverse::Owner;
 use crate::report::short;
@@ -188,6 +188,20 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
              would close more"
         )
     });
+    let doubt = verdict.doubt.map(|(id, doubt)| {
+        let why = match doubt {
+            Doubt::Strains => {
+                "only with parameters of the simulator that are far from those of the axis file: check these"
+            }
+            Doubt::AsksForAnother => {
+                "but a second effect gains beside it what it would not where nothing else is: it may stand for another"
+            }
+            Doubt::BendsAll => {
+                "but carries nearly all of friction: what is missing is that friction bends before it slides, in whatever form"
+            }
+        };
+        format!("{id} would explain what there is, {why}")
+    });
     Diagnosis {
         schema: SCHEMA,
         located: Where {
@@ -220,7 +234,12 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
         },
         moved: verdict.moved.clone(),
         reproduced: Vec::new(),
-        notes: unlisted.into_iter().chain(form).chain(drift).collect(),
+        notes: unlisted
+            .into_iter()
+            .chain(doubt)
+            .chain(form)
+            .chain(drift)
+            .collect(),
         candidates,
     }
 }

@@ -128,13 +128,15 @@ pub fn search(
     let mut search = judged(&first, 0.75, 0.85)?;
     progress(0.9);
     let mut concluded = verdict(&search);
-    if concluded.kind == Kind::Unknown
+    let looks_again = concluded.kind == Kind::Unknown && !concluded.is_settled();
+    if looks_again
         && let Some(second) = look_again(&ground, first, &own_as_given)?
         && let Some(explaining) = explaining(judged(&second, 0.9, 0.95)?)
     {
         (search, concluded) = explaining;
     }
-    if concluded.kind == Kind::Unknown
+    if looks_again
+        && concluded.kind == Kind::Unknown
         && let Some(pair) = pair_again(&ground, &search)?
     {
         let mut second = search.clone();

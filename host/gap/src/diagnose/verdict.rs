@@ -7,10 +7,12 @@
 //! mean; it shows in the ratio of root-mean-squares, which counts beside it.
 
 use super::accuse::{DEPENDS, LITTLE};
+use super::bristles::{PRESLIDING, bends_nearly_all};
 use super::ceiling;
 use super::chosen::Chosen;
 use super::hypothesis::{Hypothesis, sort};
 use super::moved::{Moved, moved};
+use super::rivals::asks_for_another;
 use super::shares::{Shares, probability};
 use super::tried::Search;
 use serde::Serialize;
@@ -35,6 +37,17 @@ pub enum Kind {
     Insufficient,
 }
 
+/// Why an effect that explains what there is is not named.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// It takes the simulator's own parameters to where they are hardly believed.
+    Strains,
+    /// A second effect gains beside it what it would not where nothing else is.
+    AsksForAnother,
+    /// It carries nearly all of static friction: what is missing is that this bends at all.
+    BendsAll,
+}
+
 /// The conclusion and what it rests on.
 #[derive(Clone)]
 pub struct Verdict {
@@ -52,12 +65,22 @@ pub struct Verdict {
     pub parameters: f64,
     /// Probability that the effect is not in the catalogue.
     pub unknown: f64,
+    /// An effect that explains what there is and is not named, and why.
+    pub doubt: Option<(&'static str, Doubt)>,
     /// The one that is named though its form is not the catalogue's.
     pub in_another_form: Option<&'static str>,
     /// The simulator's parameters that moved.
     pub moved: Vec<Moved>,
     /// Rms of the refitted simulator and of the best hypothesis on held-out data, and the floor, N m.
     pub rms_nm: [f64; 3],
+}
+
+impl Verdict {
+    /// Whether a second look would find no more: something explains all that is left, and is doubted for other reasons.
+    pub(super) fn is_settled(&self) -> bool {
+        let settles = |doubt| matches!(doubt, Doubt::AsksForAnother | Doubt::BendsAll);
+        self.doubt.is_some_and(|(_, doubt)| settles(doubt))
+    }
 }
 
 /// Concludes.
@@ -83,14 +106,32 @@ pub fn verdict(search: &Search) -> Verdict {
             || !accused
                 && (left.is_of_no_list()
                     || left.is_anything() && ceiling::depends_in_sliding(search, base, DEPENDS)));
-    let leaves_another = !shown && !explains_little && accused && chosen.leaves_another(left);
+    let explains = !shown && !explains_little && accused;
+    let strains = explains && chosen.strains();
+    let leaves_another = explains && !strains && chosen.leaves_another(left);
     let in_another_form = leaves_another && chosen.is_in_another_form();
-    let left_unknown = explains_little || leaves_another && !in_another_form;
-    let small = if left.much {
+    let asks = explains && !strains && !leaves_another && asks_for_another(search, chosen.best);
+    let mut small = if left.much {
         Vec::new()
     } else {
         chosen.small(accused)
     };
+    let bent = small.iter().find(|h| bends_nearly_all(&base.model, h));
+    let bent = bent.map(|h| h.added[0].id);
+    if bent.is_some() {
+        let presliding = search.alone(PRESLIDING).filter(|h| h.is_credible(base));
+        small = presliding.into_iter().collect();
+    }
+    let id = || chosen.best.added[0].id;
+    let doubt = if strains {
+        Some((id(), Doubt::Strains))
+    } else if asks {
+        Some((id(), Doubt::AsksForAnother))
+    } else {
+        let bent = bent.filter(|_| small.is_empty());
+        bent.map(|id| (id, Doubt::BendsAll))
+    };
+    let left_unknown = explains_little || doubt.is_some() || leaves_another && !in_another_form;
     let best = small.first().copied().unwrap_or(chosen.best);
     let moved = moved(search);
     let moved_matters = chosen.refit_matters(&moved);
@@ -135,6 +176,7 @@ pub fn verdict(search: &Search) -> Verdict {
             .first()
             .copied()
             .filter(|_| in_another_form && small.is_empty()),
+        doubt,
         moved,
         rms_nm: [before, after, floor],
     }
