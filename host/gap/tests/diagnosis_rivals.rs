@@ -13,39 +13,44 @@ fn verdict(seed: u64, effect: &'static str, without: &[&str]) -> (Kind, Vec<Stri
     (said.kind, said.effects)
 }
 
+/// What is there is named alone.
+fn is_named(seed: u64, there: &'static str) {
+    let said = verdict(seed, there, &[]);
+    assert_eq!(said, (Kind::Effect, vec![there.to_string()]));
+}
+
+/// What is there is unknown where it is no candidate.
+fn is_unknown_where_left_out(seed: u64, there: &'static str) {
+    let said = verdict(seed, there, &[there]);
+    assert_eq!(said, (Kind::Unknown, Vec::new()));
+}
+
 #[test]
 fn an_offset_is_told_from_an_asymmetry_that_ties_with_it() {
     // 82 nats speak for the offset on the measured records, 55 on its own, -12 on those of the asymmetry.
-    let there = "mechanics.offset";
-    let said = verdict(19367, there, &[]);
-    assert_eq!(said, (Kind::Effect, vec![there.to_string()]));
+    is_named(19367, "mechanics.offset");
 }
 
 #[test]
 fn an_inertia_that_asks_for_a_second_effect_stands_for_one_of_no_list() {
     // Friction over position gains 69 nats beside the inertia that changes, -40 where that is all there is.
-    let there = "actuator.ripple";
-    assert_eq!(verdict(19256, there, &[there]), (Kind::Unknown, Vec::new()));
+    is_unknown_where_left_out(19256, "actuator.ripple");
 }
 
 #[test]
 fn a_tone_that_goes_on_evenly_is_no_noise_of_the_recorder() {
-    let there = "disturbance.periodic";
-    assert_eq!(verdict(19259, there, &[there]), (Kind::Unknown, Vec::new()));
+    is_unknown_where_left_out(19259, "disturbance.periodic");
 }
 
 #[test]
 fn what_takes_parameters_to_where_they_are_not_believed_stands_for_another() {
     // Friction over position leaves nothing, with parameters that are believed 27 nats less.
-    let there = "actuator.ripple";
-    assert_eq!(verdict(18419, there, &[there]), (Kind::Unknown, Vec::new()));
+    is_unknown_where_left_out(18419, "actuator.ripple");
 }
 
 #[test]
 fn bristles_that_carry_nearly_all_of_static_friction_are_presliding_in_another_form() {
     // Friction that remembers came out at 0.88 of it, and explains as much as presliding, which is there.
-    let there = "friction.presliding";
-    let said = verdict(19018, there, &[]);
-    assert_eq!(said, (Kind::Effect, vec![there.to_string()]));
-    assert_eq!(verdict(18615, there, &[there]), (Kind::Unknown, Vec::new()));
+    is_named(19018, "friction.presliding");
+    is_unknown_where_left_out(18615, "friction.presliding");
 }

@@ -106,7 +106,7 @@ pub(super) const LEAVES_OF_LITTLE: (f64, f64) = (1.18, 0.55);
 /// The same of few moments: ratio of root-mean-squares, and part of the weighted squares.
 pub(super) const LEAVES_MOMENTS: (f64, f64) = (1.4, 0.3);
 /// Nats of belief in the simulator's own parameters below which one effect stands for another, that takes them back to where they are believed. Of 135
-/// opened cases and trials that were named rightly one was at -36, the others at -9 and more; three of which another effect was named were at -27
+/// opened cases and trials that were named rightly two were at -28 and -36, the others at -10 and more; three of which another effect was named were at -27
 /// to -39.
 pub(super) const STRAINED: f64 = -25.0;
 /// Ratio of root-mean-squares in motion beyond which what is left, whatever is accused, is an effect that no list has. Of 100 trials
@@ -389,7 +389,6 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
     {
         return Vec::new();
     }
-    let base = search.score_of_all(&search.base);
     let most = (1.0 - BELOW_OPEN.1) * search.weighted_squares(&search.base);
     let tells = |h: &&Hypothesis| {
         !of_noise(h)
@@ -402,7 +401,7 @@ pub(super) fn gain_below_open(search: &Search) -> Vec<(&Hypothesis, f64)> {
         .single
         .iter()
         .filter(tells)
-        .map(|h| (h, search.score_of_all(h) - base))
+        .map(|h| (h, search.gain_of_all(h)))
         .filter(|(h, nats)| {
             if brings_bristles(search, h) {
                 *nats > BRISTLES_GAIN

@@ -94,7 +94,7 @@ impl<'a> Chosen<'a> {
             (null.may_gain(), rms_beside(null.times[0], null.times[1]))
         });
         // What a null takes below what is open it takes above it where less is open than the method leaves.
-        let of_all = search.score_of_all(best) - search.score_of_all(&search.base);
+        let of_all = search.gain_of_all(best);
         let beyond_null = null.is_none_or(|null| of_all > null.may_gain_of_all());
         let matters =
             |[before, after]: [f64; 2]| rms_beside(before, after) > MATTERS.hypot(may_take);
@@ -171,7 +171,7 @@ impl<'a> Chosen<'a> {
         let slides = || noise.rms_times_open(nodes, base, &[Regime::Sliding]) > UNKNOWN_SLIDING;
         !leaves(noise, nodes, &self.best.held_out, NOTHING)
             && (slides() || self.left_alone().is_of_no_list())
-            && !self.left().fills_a_regime()
+            && !self.left().fills_a_regime
     }
 
     /// What a refit explains alike is the effect's where the refit has to take parameters to where they are not believed.
@@ -219,7 +219,7 @@ impl<'a> Chosen<'a> {
             let is_unexplained = left.is_unexplained()
                 || left.is_unexplained_in_sliding()
                 || left.moments > LEAVES_MOMENTS.0;
-            (takes_all || !is_unexplained) && !left.fills_a_regime()
+            (takes_all || !is_unexplained) && !left.fills_a_regime
         })
     }
 
@@ -247,7 +247,7 @@ impl<'a> Chosen<'a> {
                 && ceiling::depends_in_sliding(self.search, self.best, DEPENDS)
         };
         let stands = !takes_all && (left.moments > UNKNOWN_MOMENTS || leaves || is_foreign());
-        let fills = alone && left.fills_a_regime();
+        let fills = alone && left.fills_a_regime;
         // What noise of the sensor leaves is noise.
         is_without_noise(self.best) && (stands || fills || depends())
     }
@@ -327,18 +327,16 @@ impl<'a> Chosen<'a> {
             })
         };
         let kept: Vec<(usize, &Hypothesis)> = tied.into_iter().filter(|(_, h)| keeps(h)).collect();
-        let Some(&(_, first)) = kept.first() else {
+        let Some((&(place, first), others)) = kept.split_first() else {
             return Vec::new();
         };
         let is_told = |h: &Hypothesis| {
             noise.apart(nodes, &h.fit.left_over, &first.fit.left_over) > 0.0
                 && is_told_from(search, first, h)
         };
-        let rivals = kept.iter().skip(1).filter(|(_, h)| !is_told(h));
-        kept.iter()
-            .take(1)
-            .chain(rivals)
-            .map(|&(place, _)| place)
+        let rivals = others.iter().filter(|(_, h)| !is_told(h));
+        std::iter::once(place)
+            .chain(rivals.map(|&(place, _)| place))
             .collect()
     }
 }

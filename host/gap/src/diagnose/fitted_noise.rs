@@ -35,16 +35,29 @@ pub(super) fn noise_of(
     )
 }
 
+/// A model's own records along these, with so many times their noise, and the nodes of them; see [`twins`].
+///
+/// # Errors
+/// It cannot be simulated.
+pub(super) fn twins_of(
+    model: &Model,
+    at: &[f64],
+    records: &[Record],
+    scale: &Scale,
+    noise_times: f64,
+    first_seed: u64,
+) -> Result<(Vec<Record>, Vec<Node>), InputError> {
+    let twins = twins(&axis_at(&model.at(at)), records, noise_times, first_seed)?;
+    let nodes = nodes(&twins, scale.z_ss_rad);
+    Ok((twins, nodes))
+}
+
 /// What the method leaves over of a model's own records without noise; nothing where it cannot be simulated.
 pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
-    twins(&axis_at(&model.at(at)), records, 0.0, 0)
-        .and_then(|twins| {
+    twins_of(model, at, records, scale, 0.0, 0)
+        .and_then(|(twins, nodes)| {
             let left_over = model.left_over(&twins, at)?;
-            Ok(Own::new(
-                &nodes(&twins, scale.z_ss_rad),
-                &left_over,
-                records.len(),
-            ))
+            Ok(Own::new(&nodes, &left_over, records.len()))
         })
         .unwrap_or_default()
 }
@@ -85,8 +98,7 @@ pub(super) fn own_records(
     for (free, &at) in about.free.iter_mut().zip(at) {
         free.center = at;
     }
-    let records = twins(&axis_at(&model.at(at)), records, 1.0, 0)?;
-    let nodes = nodes(&records, scale.z_ss_rad);
+    let (records, nodes) = twins_of(model, at, records, scale, 1.0, 0)?;
     let fit = fit_alone(&about, &records, &noise.weights(&nodes), at.to_vec())?;
     Ok(OwnRecords {
         left_over: fit.left_over,

@@ -22,7 +22,7 @@ pub(super) struct Left {
     /// Ratio of root-mean-squares in motion, by which few moments count; nothing where it is noise of the recorder.
     pub(super) moments: f64,
     /// One regime of one record keeps what nothing leaves that is there.
-    fills_a_regime: bool,
+    pub(super) fills_a_regime: bool,
 }
 
 impl Left {
@@ -34,7 +34,7 @@ impl Left {
         own: &OnceCell<Own>,
     ) -> Self {
         let left = Self::beside(search, rest_nm, &search.noise);
-        if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 && !left.fills_a_regime() {
+        if !left.is_anything() && left.moments < LEAVES_MOMENTS.0 && !left.fills_a_regime {
             return left;
         }
         // What a model leaves over of its own records is no gap, though another one leaves less.
@@ -107,16 +107,11 @@ impl Left {
         self.times[0] > times && self.moments > LEAVES[1]
     }
 
-    /// Whether one regime of one record keeps what nothing leaves that is there.
-    pub(super) fn fills_a_regime(&self) -> bool {
-        self.fills_a_regime
-    }
-
     /// Whether it is what no simulator leaves that nothing is missing from.
     pub(super) fn is_of_no_list(&self) -> bool {
         self.is_unexplained()
             || self.moments > UNKNOWN_MOMENTS
-            || self.fills_a_regime()
+            || self.fills_a_regime
             || self.much && self.times[1] > UNKNOWN_SLIDING
     }
 

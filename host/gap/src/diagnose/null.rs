@@ -1,16 +1,14 @@
 //! What an effect gains where it is not: it is fitted to records that the refitted simulator alone would have left, with
 //! their noise, through the same steps.
 
-use super::axis_at::axis_at;
 use super::candidate::Background;
-use super::fitted_noise::noise_of;
+use super::fitted_noise::{noise_of, twins_of};
 use super::hypothesis::{Hypothesis, Judge};
 use super::play::PLAY;
-use super::regime::nodes;
 use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
 use crate::error::InputError;
-use crate::inverse::{fit, fit_at, twins};
+use crate::inverse::{fit, fit_at};
 use bristle_plant::effect::Entry;
 
 /// What these effects gain on such records.
@@ -22,9 +20,8 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         return Ok(Vec::new());
     }
     let base = &search.base;
-    let axis = axis_at(&base.model.at(&base.fit.at));
-    let twins = twins(&axis, &search.records, 1.0, 0)?;
-    let nodes = nodes(&twins, search.scale.z_ss_rad);
+    let (model, at) = (&base.model, &base.fit.at);
+    let (twins, nodes) = twins_of(model, at, &search.records, &search.scale, 1.0, 0)?;
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
     let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);

@@ -4,13 +4,13 @@
 //! Source: Cox 1961, "Tests of separate families of hypotheses", Proc. 4th Berkeley Symposium 1, by simulation as Williams 1970,
 //! Biometrics 26, 23.
 
-use super::axis_at::axis_at;
+use super::fitted_noise::twins_of;
 use super::hypothesis::{Hypothesis, is_without_noise, log_belief, makes_steps};
 use super::own::Own;
-use super::regime::{Node, Regime, nodes};
+use super::regime::{Node, Regime};
 use super::tried::Search;
 use crate::error::InputError;
-use crate::inverse::{Fit, fit_alone, twins};
+use crate::inverse::{Fit, fit_alone};
 use bristle_plant::effect::Entry;
 
 /// Each one's own records come with so many draws of noise.
@@ -78,7 +78,7 @@ pub(super) fn asks_for_another(search: &Search, one: &Hypothesis) -> bool {
     let [id] = one.ids()[..] else {
         return false;
     };
-    let gain = |h: &Hypothesis| search.score_of_all(h) - search.score_of_all(&search.base);
+    let gain = |h: &Hypothesis| search.gain_of_all(h);
     let is_second = |entry: &Entry| {
         // Steps choose the moments of the largest rests, which its own records have elsewhere.
         !makes_steps(entry)
@@ -123,15 +123,10 @@ fn lead_on_records_of(
     both: [&Hypothesis; 2],
     draw: u64,
 ) -> Result<f64, InputError> {
-    let axis = axis_at(&by.model.at(&by.fit.at));
     // Each record has a seed of its own.
-    let records = twins(
-        &axis,
-        &search.records,
-        1.0,
-        draw * search.records.len() as u64,
-    )?;
-    let nodes = nodes(&records, search.scale.z_ss_rad);
+    let seed = draw * search.records.len() as u64;
+    let (model, at) = (&by.model, &by.fit.at);
+    let (records, nodes) = twins_of(model, at, &search.records, &search.scale, 1.0, seed)?;
     let weights = search.noise.weights(&nodes);
     let fitted = |h: &Hypothesis| fit_alone(&h.model, &records, &weights, h.fit.at.clone());
     let [one, other] = both;

@@ -1,10 +1,10 @@
 //! Torque noise on the rotor that no effort shows: under it bristles creep and a load bounces otherwise than the motion tells.
 
-use super::axis_at::axis_at;
-use super::regime::{Node, Regime, members, nodes};
+use super::fitted_noise::twins_of;
+use super::regime::{Node, Regime, members};
 use super::tone::toneless;
 use super::white_noise::quiet_noise;
-use crate::inverse::{EFFORT, Kernel, Model, Record, twins};
+use crate::inverse::{EFFORT, Kernel, Model, Record};
 use bristle_plant::effect::Scale;
 use std::f64::consts::PI;
 
@@ -22,10 +22,9 @@ pub(super) fn put_rotor_noise(
     scale: &Scale,
 ) {
     let at = model.start();
-    let twins = twins(&axis_at(&model.at(&at)), records, 0.0, 0);
-    let of_twins = twins.and_then(|twins| {
+    let twins = twins_of(model, &at, records, scale, 0.0, 0);
+    let of_twins = twins.and_then(|(twins, nodes)| {
         let left_over = model.left_over(&twins, &at)?;
-        let nodes = nodes(&twins, scale.z_ss_rad);
         Ok(quiet(&twins, &nodes, &left_over))
     });
     let Ok(of_twins) = of_twins else {

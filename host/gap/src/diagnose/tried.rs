@@ -61,6 +61,11 @@ impl Search {
         hypothesis.score_of_all(&self.noise, &self.nodes)
     }
 
+    /// What a hypothesis gains so beyond the simulator alone, nats.
+    pub(super) fn gain_of_all(&self, hypothesis: &Hypothesis) -> f64 {
+        self.score_of_all(hypothesis) - self.score_of_all(&self.base)
+    }
+
     /// Whether positions show an effect of the sensor that may not be accused.
     pub(super) fn is_unlisted(&self) -> bool {
         self.unlisted_nats > ACCUSES
