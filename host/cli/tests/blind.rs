@@ -107,7 +107,7 @@ const LAG_AS_DELAY: &str = "47153";
 /// play does next best, and one of few moments. A stop as soft as rubber, friction that follows velocity through a lag of first
 /// order, and a torque constant that falls early. Two that lose counts upward only, by steps no larger than effort moves the
 /// axis within a sample of 2 ms. Then waves that are no sines: a ripple, an oval disc, a tight spot of a guide; and a voltage
-/// limit with a round knee.
+/// limit with a round knee. One that lacks nothing, of bristles shorter than a count, and a stop that is round.
 #[test]
 fn opened_cases_are_answered() {
     for (seed, kind, effects) in [
@@ -158,6 +158,8 @@ fn opened_cases_are_answered() {
         ("53018", "effect", &["sensor.eccentricity"]),
         ("51007", "effect", &["friction.position"]),
         ("54037", "effect", &["actuator.voltage_limit"]),
+        ("56029", "none", &[]),
+        ("56059", "effect", &["mechanics.end_stop"]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();

@@ -120,3 +120,11 @@ fn a_coupling_that_swings_undamped_is_named() {
     ];
     names_alone(&drawn(17721, &[there]), &accused, there);
 }
+
+#[test]
+fn a_coupling_is_looked_for_where_a_play_was_found() {
+    // A Q of 33 at 138 Hz, where no coupling is tried; a play of half the smallest usual gap comes there.
+    let there = "mechanics.compliance";
+    let accused = ["mechanics.backlash", "friction.presliding", there];
+    names_alone(&drawn(18403, &[there]), &accused, there);
+}

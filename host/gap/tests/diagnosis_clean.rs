@@ -153,3 +153,10 @@ fn what_a_model_leaves_of_its_own_records_once_fitted_to_them_is_no_gap() {
     let said = said_of_clean(13934, "friction.load");
     assert_eq!(said, (Kind::None, Vec::new()));
 }
+
+#[test]
+fn an_axis_that_turns_within_a_node_lost_no_counts() {
+    // Twice within the 6 ms of a node, of which both ends go the same way: 38 N where sliding is open to 0.6.
+    let said = said_of_clean(18439, "sensor.lost_counts");
+    assert_eq!(said, (Kind::None, Vec::new()));
+}

@@ -1,4 +1,4 @@
-//! Details of an effect: harmonics of a wave, the knee of a limit, fitted once wave or limit stands.
+//! Details of an effect: harmonics of a wave, the knee of a limit, how a stop hardens, fitted once wave, limit or stop stands.
 
 use super::accuse::ACCUSES;
 use super::look_again::other_form;
@@ -52,7 +52,7 @@ pub(super) fn try_details(
     })
 }
 
-/// The model with the details of its last effect free; none where that has none, or no wave or limit.
+/// The model with the details of its last effect free; none where that has none, or no wave, limit or stop.
 fn with_details(model: &Model, scale: &Scale) -> Option<Model> {
     let place = model.effects.len().checked_sub(1)?;
     let parameters = model.effects[place].entry.parameters;
@@ -61,7 +61,10 @@ fn with_details(model: &Model, scale: &Scale) -> Option<Model> {
         model.free.iter().any(|free| free.owner == own)
     };
     let of = |kind: Kind| (0..parameters.len()).filter(move |&i| parameters[i].kind == kind);
-    if !of(Kind::Phase).chain(of(Kind::Limit)).any(is_free) {
+    let mut stands = [Kind::Phase, Kind::Limit, Kind::Stop]
+        .into_iter()
+        .flat_map(of);
+    if !stands.any(is_free) {
         return None;
     }
     let mut with = model.clone();

@@ -5,10 +5,11 @@ use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
 use crate::error::InputError;
-use crate::inverse::{Model, Record, fit_alone, twins};
+use crate::inverse::{Model, Record, fit_alone, sees_bristles, twins};
 use bristle_plant::effect::Scale;
 
-/// Where friction is whatever holds, it is known to this part of itself while the axis hardly moves.
+/// Where friction is whatever holds, or what holds it bends by less than is seen, it is known to this part of itself while the axis hardly
+/// moves. Records of a model's own do not say so: they follow the path that the method took for the true one.
 const HELD: f64 = 0.5;
 
 /// The noise of records that a fitted model leaves this over of.
@@ -20,7 +21,7 @@ pub(super) fn noise_of(
     own: &Own,
 ) -> Noise {
     let believed = &model.believed;
-    let holds_nm = if believed.model.has_bristles() {
+    let holds_nm = if sees_bristles(believed, records) {
         0.0
     } else {
         HELD * believed.coulomb_nm

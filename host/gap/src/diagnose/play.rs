@@ -51,8 +51,12 @@ pub(super) fn with_coupling(entries: &[&'static Entry], model: &Model) -> Vec<&'
 }
 
 /// Takes the coupling out of what was `tried` where the `catalogue` lacks it. A play that does no better only stands for it, whatever else is there:
-/// it is not tried further.
-pub(super) fn without_coupling(catalogue: &mut Vec<&'static Entry>, tried: &mut Vec<Tried>) {
+/// it is not tried further. `alone` is the simulator without any of them.
+pub(super) fn without_coupling(
+    catalogue: &mut Vec<&'static Entry>,
+    tried: &mut Vec<Tried>,
+    alone: &Fit,
+) {
     if catalogue.iter().any(|entry| entry.id == COUPLING) {
         return;
     }
@@ -61,7 +65,9 @@ pub(super) fn without_coupling(catalogue: &mut Vec<&'static Entry>, tried: &mut 
         one.map(|one| one.fit.cost)
     };
     let stands_for_it = match (cost(tried, PLAY), cost(tried, COUPLING)) {
-        (Some(play), Some(coupling)) => play > coupling - BRINGS.0,
+        (Some(play), Some(coupling)) => {
+            play > coupling - BRINGS.0.max(BRINGS.1 * (alone.cost - coupling))
+        }
         _ => false,
     };
     let is_kept = |entry: &Entry| entry.id != COUPLING && !(stands_for_it && entry.id == PLAY);
@@ -80,6 +86,7 @@ pub(super) fn try_play(
     found: &mut Vec<Tried>,
     settled: usize,
 ) -> Result<(), InputError> {
+    spring_of_play(background, found)?;
     if about_coupling(background, screened, found, settled)?
         && let Some(play) = found.iter().position(|one| one.entry.id == PLAY)
         && let Some((model, fit)) = corrected(background, &found[play], OF_PLAY, STANDS_STILL)?
@@ -93,6 +100,44 @@ pub(super) fn try_play(
         if fit.cost < without_play - BRINGS.0 {
             (found[play].model, found[play].fit) = (model, fit);
         }
+    }
+    Ok(())
+}
+
+/// Fits the coupling among `found` from the spring of the play among them, where that came out nearer, and puts it there where it then does better: a
+/// play that is next to none leads to a resonance that no coupling was tried at.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn spring_of_play(background: &Background<'_>, found: &mut [Tried]) -> Result<(), InputError> {
+    let place = |id: &str| found.iter().position(|one| one.entry.id == id);
+    let (Some(play), Some(coupling)) = (place(PLAY), place(COUPLING)) else {
+        return Ok(());
+    };
+    let (nearer, farther) = (&found[play], &found[coupling]);
+    let most = farther.fit.cost - BRINGS.0;
+    if nearer.fit.cost >= most {
+        return Ok(());
+    }
+    let point = nearer.model.at(&nearer.fit.at);
+    let values = point.effects().last().map(|added| &added.values[..]);
+    let Some(&[_, share, resonance_hz, damping_ratio, on_motor]) = values else {
+        return Ok(());
+    };
+    let inertia = point.believed().whole_inertia_kg_m2() * share * (1.0 - share);
+    let compliance = ((TAU * resonance_hz).powi(2) * inertia).recip();
+    let start = Start::at(vec![compliance, share, damping_ratio, on_motor]);
+    let entry = farther.entry;
+    let mut model = background.with(entry, &start);
+    model.scales_effort = nearer.model.scales_effort;
+    let own = background.model.free.len();
+    let mut at = nearer.fit.at[..own].to_vec();
+    at.extend_from_slice(&model.start()[own..]);
+    let (records, weights) = (background.records, background.weights);
+    let known = &background.fit.jacobian;
+    let fit = fit_near_until(STANDS_STILL, &model, records, weights, at, known)?;
+    if fit.cost < most {
+        found[coupling] = Tried { entry, model, fit };
     }
     Ok(())
 }

@@ -131,7 +131,7 @@ pub fn nodes(records: &[Record], z_ss_rad: f64) -> Vec<Node> {
                 let fastest = v[around.clone()]
                     .iter()
                     .fold(0.0, |m: f64, x| m.max(x.abs()));
-                let turns = v[around.start] * v[around.end - 1] < 0.0;
+                let turns = v[around.clone()].windows(2).any(|v| v[0] * v[1] < 0.0);
                 let regime = if fastest < rest {
                     Regime::Rest
                 } else if slowest < low || turns {

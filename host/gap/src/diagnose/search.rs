@@ -75,7 +75,7 @@ pub fn search(
     let (screened, mut tried) = ground.try_each(&asked, &noise, &old, &fitted, &|share| {
         progress(0.1 + 0.55 * share)
     })?;
-    without_coupling(&mut catalogue, &mut tried);
+    without_coupling(&mut catalogue, &mut tried, &fitted);
     progress(0.65);
 
     // Noise once more, now from the best that was found: what it explains is no noise.

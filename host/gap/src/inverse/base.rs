@@ -99,10 +99,8 @@ fn own(believed: &Believed, records: &[Record], scale: &Scale, doubt: f64) -> Ve
         let v = believed.stribeck_velocity_rad_s;
         about(Own::StribeckVelocity, v, 2.0 * doubt, [0.1 * v, 10.0 * v]);
     }
-    let visible = records
-        .iter()
-        .all(|record| scale.z_ss_rad > COUNTS_TO_SEE_PRESLIDING * record.rad_per_count);
-    if believed.model.has_bristles() && visible {
+    let visible = sees_bristles(believed, records);
+    if visible {
         let stiffness = believed.stiffness_nm_rad;
         about(Own::Stiffness, stiffness, 2.0 * doubt, wide(stiffness));
         if believed.damping_nm_s_rad > 0.0 {
@@ -150,6 +148,13 @@ fn own(believed: &Believed, records: &[Record], scale: &Scale, doubt: f64) -> Ve
         [-MOST_SKEW_SAMPLES * step_s, MOST_SKEW_SAMPLES * step_s],
     ));
     free
+}
+
+/// Whether the simulator has bristles and every record shows how they bend.
+pub fn sees_bristles(believed: &Believed, records: &[Record]) -> bool {
+    let z_ss_rad = believed.coulomb_nm / believed.stiffness_nm_rad;
+    let shows = |record: &Record| z_ss_rad > COUNTS_TO_SEE_PRESLIDING * record.rad_per_count;
+    believed.model.has_bristles() && records.iter().all(shows)
 }
 
 /// The size of an axis and its records, for the usual ranges of effects.

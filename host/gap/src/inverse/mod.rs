@@ -13,7 +13,7 @@ mod motion;
 mod record;
 mod twin;
 
-pub use base::scale;
+pub use base::{scale, sees_bristles};
 pub use coarser::coarser;
 pub use fit::{
     Fit, PROMISES, STANDS_STILL, cost_at, fit, fit_alone, fit_at, fit_near, fit_near_until, fit_on,
