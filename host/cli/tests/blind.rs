@@ -158,6 +158,7 @@ fn opened_cases_are_answered() {
         ("53018", "effect", &["sensor.eccentricity"]),
         ("51007", "effect", &["friction.position"]),
         ("54037", "effect", &["actuator.voltage_limit"]),
+        ("56016", "none", &[]),
         ("56029", "none", &[]),
         ("56059", "effect", &["mechanics.end_stop"]),
     ] {

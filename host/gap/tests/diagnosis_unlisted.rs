@@ -119,3 +119,32 @@ fn a_coupling_that_is_left_out_is_no_play() {
     let said = diagnosed(&trial, &["mechanics.backlash", "friction.lag"]).verdict;
     assert_eq!(said.kind, Kind::Unknown);
 }
+
+#[test]
+fn two_effects_that_follow_together_what_neither_is_are_unknown() {
+    let verdict = |seed, effect, accused: &[&str]| {
+        let said = diagnosed(&drawn(seed, &[effect]), accused).verdict;
+        assert_eq!(said.kind, Kind::Unknown, "{seed}: {said:?}");
+    };
+    // A disturbance of the frequency at which the axis is moved to and fro is any function of where it is.
+    let accused = [
+        "disturbance.periodic",
+        "friction.asymmetry",
+        "mechanics.offset",
+    ];
+    verdict(18407, "mechanics.spring", &accused);
+    // So are harmonics of cogging that the axis passes less than twice.
+    let accused = ["actuator.cogging", "friction.asymmetry", "mechanics.offset"];
+    verdict(19523, "mechanics.spring", &accused);
+    // A coupling that is damped three times as much as any is no coupling.
+    let accused = ["actuator.delay", "mechanics.compliance"];
+    verdict(18914, "actuator.lag", &accused);
+}
+
+#[test]
+fn a_tone_that_is_left_out_is_no_noise() {
+    // Refitted parameters leave it as large in every record and regime of motion, and a little beside it.
+    let trial = drawn(19507, &["disturbance.periodic"]);
+    let said = diagnosed(&trial, &["mechanics.offset", "actuator.deadzone"]).verdict;
+    assert_eq!(said.kind, Kind::Unknown, "{said:?}");
+}

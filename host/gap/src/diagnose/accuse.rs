@@ -90,6 +90,9 @@ pub(super) const UNKNOWN_SLIDING_USUALLY: f64 = 1.55;
 /// its differences show, up to so many times of what is open. Of opened cases with an effect that no list has one was at 1.15 and
 /// seven times, the others at 1.5 and more.
 pub(super) const EVENLY: (f64, f64) = (1.1, 3.0);
+/// Share of such a rest that tones explain from which it is no noise. Of noise that is correlated for long a line or two may stand out; an opened trial
+/// with a tone that no list had was at 0.83.
+pub(super) const TONES: f64 = 0.7;
 /// Part of the weighted squares left by an effect that is named whatever its form leaves in sliding.
 pub(super) const TAKES_ALL_BUT: f64 = 0.05;
 /// Times of what is open, of all, and ratio of root-mean-squares in motion beside it, beyond which what is named leaves what nothing does that is there, or the

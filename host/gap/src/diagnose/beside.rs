@@ -6,7 +6,7 @@ use super::accuse::{
 };
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
-use super::fitted_noise::left_once_fitted;
+use super::fitted_noise::{Measured, left_once_fitted};
 use super::hypothesis::{
     Hypothesis, Judge, change, cosine, is_predicted, is_without_noise, of_noise, sort,
 };
@@ -149,7 +149,12 @@ impl Pairs<'_> {
         };
         (room || moments && is_there()) && {
             let records = self.judge.records;
-            let own = left_once_fitted(&first.model, &first.fit.at, records, self.scale, noise);
+            let measured = Measured {
+                records,
+                nodes,
+                noise,
+            };
+            let own = left_once_fitted(first, measured, self.scale);
             let noise = Noise::clone(noise).at_least(&own);
             if room {
                 leaves_room(&noise, nodes, rest)

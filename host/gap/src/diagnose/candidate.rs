@@ -22,7 +22,7 @@ const LEAST_WAVES: f64 = 1.0;
 /// Fewest waves of what friction, inertia or the sensor is multiplied by: half a one is a slope.
 const LEAST_WAVES_OF_A_FACTOR: f64 = 0.5;
 /// Effects whose wave is a torque by itself.
-const TORQUE_WAVES: [&str; 3] = [
+pub(super) const TORQUE_WAVES: [&str; 3] = [
     "actuator.cogging",
     "disturbance.periodic",
     "mechanics.unbalance",

@@ -257,6 +257,13 @@ impl<'a> Chosen<'a> {
         self.best.added.len() == 1 && is_without_noise(self.best) && self.best.log_belief < STRAINED
     }
 
+    /// Whether one of several effects has a form that no axis is known by: together they follow what neither is.
+    pub(super) fn is_unusual(&self) -> bool {
+        self.best.added.len() > 1
+            && is_without_noise(self.best)
+            && self.best.has_an_unusual_shape(&self.search.scale)
+    }
+
     /// Whether it has a wave whose order was fitted: beside another effect it may stop beside its own, or stand for what is no wave.
     fn has_free_order(&self) -> bool {
         let model = &self.best.model;

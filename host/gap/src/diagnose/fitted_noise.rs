@@ -1,9 +1,11 @@
 //! The noise of records beside a fitted model, and what the method leaves over of that model's own records.
 
 use super::axis_at::axis_at;
+use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
+use super::rotor_noise::as_quiet_as;
 use crate::error::InputError;
 use crate::inverse::{Model, Record, fit_alone, sees_bristles, twins};
 use bristle_plant::effect::Scale;
@@ -36,11 +38,42 @@ pub(super) fn noise_of(
     )
 }
 
-/// A model's own records along these, with so many times their noise, and the nodes of them; see [`twins`].
+/// Measured records, their nodes and their noise.
+#[derive(Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub(super) records: &'a [Record],
+    pub(super) nodes: &'a [Node],
+    pub(super) noise: &'a Noise,
+}
+
+/// A model's own records along these without noise, and the nodes of them; see [`twins`].
 ///
 /// # Errors
 /// It cannot be simulated.
 pub(super) fn twins_of(
+    model: &Model,
+    at: &[f64],
+    records: &[Record],
+    scale: &Scale,
+) -> Result<(Vec<Record>, Vec<Node>), InputError> {
+    of_axis(model, at, records, scale, 0.0, 0)
+}
+
+/// A hypothesis's own records with the noise of the measured ones, which is no more than what it leaves over of them; each with a seed of its own from the first on.
+///
+/// # Errors
+/// It cannot be simulated.
+pub(super) fn noisy_twins(
+    by: &Hypothesis,
+    measured: Measured<'_>,
+    scale: &Scale,
+    first_seed: u64,
+) -> Result<(Vec<Record>, Vec<Node>), InputError> {
+    let records = as_quiet_as(measured.records, measured.nodes, &by.fit.left_over);
+    of_axis(&by.model, &by.fit.at, &records, scale, 1.0, first_seed)
+}
+
+fn of_axis(
     model: &Model,
     at: &[f64],
     records: &[Record],
@@ -55,7 +88,7 @@ pub(super) fn twins_of(
 
 /// What the method leaves over of a model's own records without noise; nothing where it cannot be simulated.
 pub(super) fn own_left_over(model: &Model, at: &[f64], records: &[Record], scale: &Scale) -> Own {
-    twins_of(model, at, records, scale, 0.0, 0)
+    twins_of(model, at, records, scale)
         .and_then(|(twins, nodes)| {
             let left_over = model.left_over(&twins, at)?;
             Ok(Own::new(&nodes, &left_over, records.len()))
@@ -71,36 +104,29 @@ pub(super) struct OwnRecords {
     pub(super) left_over: Vec<f64>,
 }
 
-/// What a model leaves over of its own records once it is fitted to them; nothing where it cannot be simulated.
-pub(super) fn left_once_fitted(
-    model: &Model,
-    at: &[f64],
-    records: &[Record],
-    scale: &Scale,
-    noise: &Noise,
-) -> Own {
-    own_records(model, at, records, scale, noise)
-        .map(|own| Own::new(&own.nodes, &own.left_over, records.len()))
+/// What a hypothesis leaves over of its own records once it is fitted to them; nothing where it cannot be simulated.
+pub(super) fn left_once_fitted(by: &Hypothesis, measured: Measured<'_>, scale: &Scale) -> Own {
+    own_records(by, measured, scale)
+        .map(|own| Own::new(&own.nodes, &own.left_over, measured.records.len()))
         .unwrap_or_default()
 }
 
-/// A model's own records, with the noise of those that were measured, and what it leaves over of them once it is fitted to them as it was to those.
+/// Its own records, with the noise of those that were measured, and what it leaves over of them once it is fitted to them as it was to those.
 ///
 /// # Errors
 /// It cannot be simulated.
 pub(super) fn own_records(
-    model: &Model,
-    at: &[f64],
-    records: &[Record],
+    by: &Hypothesis,
+    measured: Measured<'_>,
     scale: &Scale,
-    noise: &Noise,
 ) -> Result<OwnRecords, InputError> {
-    let mut about = model.clone();
-    for (free, &at) in about.free.iter_mut().zip(at) {
+    let mut about = by.model.clone();
+    for (free, &at) in about.free.iter_mut().zip(&by.fit.at) {
         free.center = at;
     }
-    let (records, nodes) = twins_of(model, at, records, scale, 1.0, 0)?;
-    let fit = fit_alone(&about, &records, &noise.weights(&nodes), at.to_vec())?;
+    let (records, nodes) = noisy_twins(by, measured, scale, 0)?;
+    let weights = measured.noise.weights(&nodes);
+    let fit = fit_alone(&about, &records, &weights, by.fit.at.clone())?;
     Ok(OwnRecords {
         left_over: fit.left_over,
         records,

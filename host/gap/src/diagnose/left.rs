@@ -1,8 +1,8 @@
 //! What is left of the gap once what is accused, or the simulator alone, has explained what it can.
 
 use super::accuse::{
-    ACCUSES, EVENLY, IN_A_REGIME, LEAVES, LEAVES_MOMENTS, LEAVES_SLIDING, NOTHING, UNKNOWN,
-    UNKNOWN_MOMENTS, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY,
+    ACCUSES, EVENLY, IN_A_REGIME, LEAVES, LEAVES_MOMENTS, LEAVES_SLIDING, NOTHING, TONES, UNKNOWN,
+    UNKNOWN_MOMENTS, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY, explained,
 };
 use super::fitted_noise::left_once_fitted;
 use super::hypothesis::Hypothesis;
@@ -38,15 +38,7 @@ impl Left {
             return left;
         }
         // What a model leaves over of its own records is no gap, though another one leaves less.
-        let own = own.get_or_init(|| {
-            left_once_fitted(
-                &by.model,
-                &by.fit.at,
-                &search.records,
-                &search.scale,
-                &search.noise,
-            )
-        });
+        let own = own.get_or_init(|| left_once_fitted(by, search.measured(), &search.scale));
         Self::beside(search, rest_nm, &search.noise.clone().at_least(own))
     }
 
@@ -70,7 +62,7 @@ impl Left {
         let is_tone = || {
             let calm = |place| members(nodes, rest, place, |of| of != Regime::Low);
             let toneless = toneless(&search.records, nodes, rest, calm);
-            noise.times_open(nodes, &toneless) < NOTHING[0]
+            explained(times[0], noise.times_open(nodes, &toneless)) > TONES
         };
         let noise_alone = times[0] < EVENLY.1 && noise.is_even(nodes, rest, EVENLY.0) && !is_tone();
         let most = [UNKNOWN, UNKNOWN_SLIDING, UNKNOWN_SLIDING_USUALLY];

@@ -2,7 +2,7 @@
 //! their noise, through the same steps.
 
 use super::candidate::Background;
-use super::fitted_noise::{noise_of, twins_of};
+use super::fitted_noise::{noise_of, noisy_twins};
 use super::hypothesis::{Hypothesis, Judge};
 use super::play::PLAY;
 use super::screen::{Tried, fit_best, screen};
@@ -20,8 +20,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         return Ok(Vec::new());
     }
     let base = &search.base;
-    let (model, at) = (&base.model, &base.fit.at);
-    let (twins, nodes) = twins_of(model, at, &search.records, &search.scale, 1.0, 0)?;
+    let (twins, nodes) = noisy_twins(base, search.measured(), &search.scale, 0)?;
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
     let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);

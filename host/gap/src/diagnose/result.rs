@@ -193,6 +193,9 @@ pub fn conclude(search: &Search, verdict: &Verdict, believed: &Believed) -> Diag
             Doubt::Strains => {
                 "only with parameters of the simulator that are far from those of the axis file: check these"
             }
+            Doubt::IsUnusual => {
+                "but only beside a second effect, and one of both has a form that no axis is known by: they may stand for another"
+            }
             Doubt::AsksForAnother => {
                 "but a second effect gains beside it what it would not where nothing else is: it may stand for another"
             }

@@ -4,7 +4,7 @@
 //! Source: Cox 1961, "Tests of separate families of hypotheses", Proc. 4th Berkeley Symposium 1, by simulation as Williams 1970,
 //! Biometrics 26, 23.
 
-use super::fitted_noise::twins_of;
+use super::fitted_noise::noisy_twins;
 use super::hypothesis::{Hypothesis, is_without_noise, log_belief, makes_steps};
 use super::own::Own;
 use super::regime::{Node, Regime};
@@ -125,8 +125,7 @@ fn lead_on_records_of(
 ) -> Result<f64, InputError> {
     // Each record has a seed of its own.
     let seed = draw * search.records.len() as u64;
-    let (model, at) = (&by.model, &by.fit.at);
-    let (records, nodes) = twins_of(model, at, &search.records, &search.scale, 1.0, seed)?;
+    let (records, nodes) = noisy_twins(by, search.measured(), &search.scale, seed)?;
     let weights = search.noise.weights(&nodes);
     let fitted = |h: &Hypothesis| fit_alone(&h.model, &records, &weights, h.fit.at.clone());
     let [one, other] = both;

@@ -22,7 +22,7 @@ pub(super) fn put_rotor_noise(
     scale: &Scale,
 ) {
     let at = model.start();
-    let twins = twins_of(model, &at, records, scale, 0.0, 0);
+    let twins = twins_of(model, &at, records, scale);
     let of_twins = twins.and_then(|(twins, nodes)| {
         let left_over = model.left_over(&twins, &at)?;
         Ok(quiet(&twins, &nodes, &left_over))
@@ -42,6 +42,32 @@ pub(super) fn put_rotor_noise(
     for record in records {
         record.rotor_noise_nm = (density / record.step_s).sqrt();
     }
+}
+
+/// The records with no more white noise than a model leaves over of them. A stiff control makes the effort alternate, too, which the axis follows; and what
+/// was found on the rotor is of a model whose parameters were off.
+pub(super) fn as_quiet_as(records: &[Record], nodes: &[Node], left_over: &[f64]) -> Vec<Record> {
+    let found = quiet(records, nodes, left_over);
+    let density = |(record, found): (&Record, Option<f64>)| {
+        Some(found?.powi(2) / second_difference(record.kernel) * record.step_s)
+    };
+    let found: Vec<Option<f64>> = records.iter().zip(found).map(density).collect();
+    // A record without quiet moments has the noise of the others: recorder and rotor are the same.
+    let least = found.iter().flatten().copied().reduce(f64::min);
+    let quieted = |(record, found): (&Record, Option<f64>)| {
+        let mut record = record.clone();
+        if let Some(most) = found.or(least) {
+            let most = most / record.step_s;
+            let of_effort = record.effort_noise_nm.powi(2).min(most);
+            record.effort_noise_nm = of_effort.sqrt();
+            // What bristles drift by they tell themselves.
+            if record.shakes_nm == 0.0 {
+                record.rotor_noise_nm = record.rotor_noise_nm.min((most - of_effort).sqrt());
+            }
+        }
+        record
+    };
+    records.iter().zip(found).map(quieted).collect()
 }
 
 /// What nodes of sliding have in quiet moments of each record by their second differences, N m.
@@ -76,20 +102,41 @@ mod tests {
     use bristle_plant::Unit;
     use std::path::Path;
 
-    /// What is found of an axis with so much, N m rms a sample of its log.
-    fn found(torque_nm: f64) -> f64 {
+    /// Two records of an axis with so much, N m rms a sample of its log, and what its model leaves over of them.
+    fn seen(torque_nm: f64) -> (Vec<Record>, Model, Vec<Node>, Vec<f64>, Scale) {
         let mut file = AxisFile::new(Unit::Rotary, 4.9e-5);
         file.friction.coulomb = Some(0.03);
         file.friction.viscous = Some(1e-4);
         let believed = Believed::new(&file, Path::new("axis.toml")).unwrap();
         let record = |named: Named| record(named, 30.0, &file, &believed, torque_nm);
-        let mut records = vec![record(Named::Sine), record(Named::Ladder)];
+        let records = vec![record(Named::Sine), record(Named::Ladder)];
         let model = Model::base(&believed, &records, 0.15).unwrap();
         let scale = scale(&believed, &records);
         let nodes = nodes(&records, scale.z_ss_rad);
         let left_over = model.left_over(&records, &model.start()).unwrap();
+        (records, model, nodes, left_over, scale)
+    }
+
+    /// What is found of it, N m rms a sample of the log.
+    fn found(torque_nm: f64) -> f64 {
+        let (mut records, model, nodes, left_over, scale) = seen(torque_nm);
         put_rotor_noise(&mut records, &model, &nodes, &left_over, &scale);
         records[0].rotor_noise_nm * (records[0].averaged as f64).sqrt()
+    }
+
+    #[test]
+    fn noise_is_no_more_than_what_is_left_over() {
+        let (mut records, _, nodes, left_over, _) = seen(3e-4);
+        for record in &mut records {
+            record.rotor_noise_nm = 1e-2;
+            record.effort_noise_nm = 1e-2;
+        }
+        for record in as_quiet_as(&records, &nodes, &left_over) {
+            let noise_nm = record.effort_noise_nm.hypot(record.rotor_noise_nm);
+            let of_log_nm = noise_nm * (record.averaged as f64).sqrt();
+            // Noise of positions comes on top.
+            assert!((2.5e-4..6e-4).contains(&of_log_nm), "{of_log_nm}");
+        }
     }
 
     #[test]

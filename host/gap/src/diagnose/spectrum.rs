@@ -1,6 +1,7 @@
 //! Which waves over angle or time the rest contains: a least-squares spectrum, Lomb 1976, Astrophys. Space Sci. 39.
 
 use super::candidate::Background;
+use crate::inverse::Record;
 use crate::signal::fourier;
 use bristle_plant::Unit;
 use nalgebra::{DMatrix, DVector};
@@ -12,6 +13,8 @@ const LINES: usize = 8;
 const MOST_LINES: f64 = 4000.0;
 /// Lines of a spectrum over time in the width of one.
 pub(super) const PADDED: usize = 4;
+/// Part of the power of a motion that is at one frequency where the axis is moved to and fro.
+const SWINGS: f64 = 0.6;
 /// A wave of which the kernel leaves less is not seen.
 const LEAST_LEFT: f64 = 0.1;
 /// Lines after which an angle is computed anew. Of so many slow ones the power is what the simulator's own parameters have not taken: they
@@ -71,19 +74,20 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
     lines(&points, &own, range, step)
 }
 
-/// Frequencies, most power first, with a phase of its own for each record.
+/// Frequencies, most power first, with a phase of its own for each record; none at which an axis is moved to and fro: what is there at that
+/// may be a function of where it is.
 pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2]) -> Vec<f64> {
-    let mut sets: Vec<Even> = background
-        .records
-        .iter()
-        .map(|record| Even::new(record.node_s()))
-        .collect();
+    let of_record = |record: &Record| Even::new(record.node_s());
+    let mut sets: Vec<Even> = background.records.iter().map(of_record).collect();
+    let mut motions: Vec<Even> = background.records.iter().map(of_record).collect();
     for (i, node) in background.nodes.iter().enumerate() {
         let time_s = node.time_s(background.records);
         let rest = background.fit.left_over[i] * background.weights[i];
         sets[node.record].add(time_s, still[i], rest);
+        motions[node.record].add(time_s, 1.0, node.velocity_rad_s(background.records));
     }
-    frequencies(&sets, range)
+    let swings: Vec<[f64; 2]> = motions.iter().filter_map(Even::swings).collect();
+    frequencies(&sets, range, &swings)
 }
 
 /// Nodes of a record, evenly in time: those that do not count are zero.
@@ -116,6 +120,23 @@ impl Even {
 
     fn duration_s(&self) -> f64 {
         self.squares.len() as f64 * self.spacing_s
+    }
+
+    /// Frequencies between which the products swing, where they hardly do anything else.
+    fn swings(&self) -> Option<[f64; 2]> {
+        let length = (PADDED * self.products.len()).next_power_of_two();
+        let mut padded = self.products.clone();
+        padded.resize(length, 0.0);
+        let plan = fourier(length);
+        let mut spectrum = plan.make_output_vec();
+        plan.process(&mut padded, &mut spectrum).ok()?;
+        let power: Vec<f64> = spectrum.iter().map(|line| line.norm_sqr()).collect();
+        let highest = peaks(&power).next()?;
+        let near = highest.saturating_sub(PADDED)..=(highest + PADDED).min(power.len() - 1);
+        let per_line = 1.0 / (length as f64 * self.spacing_s);
+        let [from, to] = [*near.start(), *near.end()].map(|line| line as f64 * per_line);
+        let part = power[near].iter().sum::<f64>() / power.iter().sum::<f64>();
+        (part > SWINGS).then_some([from, to])
     }
 
     /// Adds what a wave takes of the rest at each line from `first` on, where the nodes see it. The sums of a
@@ -152,7 +173,8 @@ impl Even {
     }
 }
 
-fn frequencies(sets: &[Even], [low, high]: [f64; 2]) -> Vec<f64> {
+/// `swings` are frequencies between which there is none.
+fn frequencies(sets: &[Even], [low, high]: [f64; 2], swings: &[[f64; 2]]) -> Vec<f64> {
     let longest_s = sets.iter().map(Even::duration_s).fold(1e-9, f64::max);
     let fastest = sets
         .iter()
@@ -163,6 +185,12 @@ fn frequencies(sets: &[Even], [low, high]: [f64; 2]) -> Vec<f64> {
     let mut power = vec![0.0; count];
     for set in sets {
         set.add_power(low, step, &mut power);
+    }
+    for (i, power) in power.iter_mut().enumerate() {
+        let hz = low + i as f64 * step;
+        if swings.iter().any(|[from, to]| (*from..=*to).contains(&hz)) {
+            *power = 0.0;
+        }
     }
     peaks(&power).map(|i| low + i as f64 * step).collect()
 }
@@ -298,6 +326,7 @@ fn power(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn a_turned_angle_is_the_angle() {
@@ -358,13 +387,37 @@ mod tests {
                 let time_s = k as f64 * spacing_s;
                 // A multiplier that changes, and a rest beside the wave.
                 let times = if time_s % 1.0 < 0.3 { 0.0 } else { 1.0 };
-                let wave = (std::f64::consts::TAU * 0.8683 * time_s + phase).sin();
+                let wave = (TAU * 0.8683 * time_s + phase).sin();
                 set.add(time_s, times, times * wave + 0.5 * (0.3 * time_s).sin());
             }
             sets.push(set);
         }
-        let found = frequencies(&sets, [0.17, 4000.0]);
+        let found = frequencies(&sets, [0.17, 4000.0], &[]);
         // A quarter of the width of a line.
         assert!((found[0] - 0.8683).abs() < 0.25 / 11.0, "{found:?}");
+    }
+
+    #[test]
+    fn an_axis_that_swings_hides_its_frequency() {
+        let of = |value: fn(f64) -> f64| {
+            let mut set = Even::new(1e-3);
+            for k in 0..9000 {
+                let time_s = 1e-3 * f64::from(k);
+                set.add(time_s, 1.0, value(time_s));
+            }
+            set
+        };
+        let swing = |time_s: f64| (TAU * 0.7 * time_s).sin();
+        let swings = of(swing).swings().unwrap();
+        assert!(swings[0] < 0.7 && 0.7 < swings[1], "{swings:?}");
+        // Of a faster motion beside it each has half of the power.
+        let two = |time_s: f64| (TAU * 0.7 * time_s).sin() + (TAU * 5.0 * time_s).sin();
+        assert!(of(two).swings().is_none());
+        let both = of(|time_s| 2.0 * (TAU * 0.7 * time_s).sin() + (TAU * 3.0 * time_s).sin());
+        let sets = [both];
+        let first = |swings: &[[f64; 2]]| frequencies(&sets, [0.17, 100.0], swings)[0];
+        // A quarter of the width of a line.
+        assert!((first(&[]) - 0.7).abs() < 0.25 / 9.0);
+        assert!((first(&[swings]) - 3.0).abs() < 0.25 / 9.0);
     }
 }

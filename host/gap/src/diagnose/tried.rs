@@ -1,6 +1,7 @@
 //! All that a search tried: what a verdict and every page of a report are drawn from.
 
 use super::accuse::{ACCUSES, NULLS_VARY};
+use super::fitted_noise::Measured;
 use super::hypothesis::Hypothesis;
 use super::likelihood::Noise;
 use super::own::Own;
@@ -46,6 +47,15 @@ pub struct Search {
 }
 
 impl Search {
+    /// What was measured.
+    pub(super) fn measured(&self) -> Measured<'_> {
+        Measured {
+            records: &self.records,
+            nodes: &self.nodes,
+            noise: &self.noise,
+        }
+    }
+
     /// The hypothesis of an effect alone.
     pub(super) fn alone(&self, id: &str) -> Option<&Hypothesis> {
         self.single.iter().find(|h| h.added[0].id == id)

@@ -42,6 +42,8 @@ pub enum Kind {
 pub enum Doubt {
     /// It takes the simulator's own parameters to where they are hardly believed.
     Strains,
+    /// Two effects explain it together, and one of them has a form that no axis is known by.
+    IsUnusual,
     /// A second effect gains beside it what it would not where nothing else is.
     AsksForAnother,
     /// It carries nearly all of static friction: what is missing is that this bends at all.
@@ -78,7 +80,12 @@ pub struct Verdict {
 impl Verdict {
     /// Whether a second look would find no more: something explains all that is left, and is doubted for other reasons.
     pub(super) fn is_settled(&self) -> bool {
-        let settles = |doubt| matches!(doubt, Doubt::AsksForAnother | Doubt::BendsAll);
+        let settles = |doubt| {
+            matches!(
+                doubt,
+                Doubt::IsUnusual | Doubt::AsksForAnother | Doubt::BendsAll
+            )
+        };
         self.doubt.is_some_and(|(_, doubt)| settles(doubt))
     }
 }
@@ -125,6 +132,8 @@ pub fn verdict(search: &Search) -> Verdict {
     let id = || chosen.best.added[0].id;
     let doubt = if strains {
         Some((id(), Doubt::Strains))
+    } else if explains && chosen.is_unusual() {
+        Some((id(), Doubt::IsUnusual))
     } else if asks {
         Some((id(), Doubt::AsksForAnother))
     } else {

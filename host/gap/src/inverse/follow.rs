@@ -5,6 +5,7 @@
 
 use super::load::Load;
 use super::record::{Record, Stretch};
+use crate::signal::extent;
 use bristle_plant::affected::{Affected, changed};
 use bristle_plant::contact::{Contact, Levels};
 use bristle_plant::drive::{Drive, DriveConfig};
@@ -313,7 +314,26 @@ pub fn left_over(
             nodes.push(lacks_nm);
         }
     }
+    let stays = |stiffness| stays_within(smooth, plain.levels.coulomb_nm / stiffness);
+    if running.stiffness_nm_rad.is_some_and(stays) {
+        without_mean(&mut nodes);
+    }
     record.kernel.apply(&mut nodes, out);
+}
+
+/// Whether a motion stays within so much.
+fn stays_within(smooth_rad: &[f64], most_rad: f64) -> bool {
+    let (low, high) = extent(smooth_rad);
+    high - low < most_rad
+}
+
+/// What bristles bore at the start is known to a part of a count, and to the noise of a sample. Where they never bend anew all of that stays in the
+/// balance, where nothing tells it from an offset.
+fn without_mean(balance_nm: &mut [f64]) {
+    let mean = balance_nm.iter().sum::<f64>() / balance_nm.len().max(1) as f64;
+    for nm in balance_nm {
+        *nm -= mean;
+    }
 }
 
 /// By how much the mean speed is more than that of the mean velocity where white noise shakes it, rad/s.
