@@ -6,7 +6,7 @@ use super::accuse::{
 };
 use super::bristles::is_bristles;
 use super::candidate::{self, Background, Screened, Start};
-use super::fitted_noise::{Measured, left_once_fitted};
+use super::fitted_noise::left_once_fitted;
 use super::hypothesis::{
     Hypothesis, Judge, change, cosine, is_predicted, is_without_noise, of_noise, sort,
 };
@@ -148,13 +148,7 @@ impl Pairs<'_> {
                 || leaves(noise, nodes, &self.base.held_out, NOTHING)
         };
         (room || moments && is_there()) && {
-            let records = self.judge.records;
-            let measured = Measured {
-                records,
-                nodes,
-                noise,
-            };
-            let own = left_once_fitted(first, measured, self.scale);
+            let own = left_once_fitted(first, self.judge, self.scale);
             let noise = Noise::clone(noise).at_least(&own);
             if room {
                 leaves_room(&noise, nodes, rest)

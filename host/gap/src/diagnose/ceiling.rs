@@ -51,7 +51,7 @@ pub(super) fn depends_in_sliding(
     [of_rest, of_gap]: [f64; 2],
 ) -> bool {
     let (records, nodes, scale) = (&search.records, &search.nodes, &search.scale);
-    let own = LazyCell::new(|| own_records(by, search.measured(), scale));
+    let own = LazyCell::new(|| own_records(by, &search.judge(), scale));
     AVERAGED.into_iter().any(|averaged| {
         let rest = Averaged::new(nodes, &by.held_out, averaged);
         let spreads_nm = rest.spreads_nm(records.len());

@@ -1,7 +1,7 @@
 //! The noise of records beside a fitted model, and what the method leaves over of that model's own records.
 
 use super::axis_at::axis_at;
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Judge};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::{Node, nodes};
@@ -38,14 +38,6 @@ pub(super) fn noise_of(
     )
 }
 
-/// Measured records, their nodes and their noise.
-#[derive(Clone, Copy)]
-pub(super) struct Measured<'a> {
-    pub(super) records: &'a [Record],
-    pub(super) nodes: &'a [Node],
-    pub(super) noise: &'a Noise,
-}
-
 /// A model's own records along these without noise, and the nodes of them; see [`twins`].
 ///
 /// # Errors
@@ -65,7 +57,7 @@ pub(super) fn twins_of(
 /// It cannot be simulated.
 pub(super) fn noisy_twins(
     by: &Hypothesis,
-    measured: Measured<'_>,
+    measured: &Judge<'_>,
     scale: &Scale,
     first_seed: u64,
 ) -> Result<(Vec<Record>, Vec<Node>), InputError> {
@@ -105,7 +97,7 @@ pub(super) struct OwnRecords {
 }
 
 /// What a hypothesis leaves over of its own records once it is fitted to them; nothing where it cannot be simulated.
-pub(super) fn left_once_fitted(by: &Hypothesis, measured: Measured<'_>, scale: &Scale) -> Own {
+pub(super) fn left_once_fitted(by: &Hypothesis, measured: &Judge<'_>, scale: &Scale) -> Own {
     own_records(by, measured, scale)
         .map(|own| Own::new(&own.nodes, &own.left_over, measured.records.len()))
         .unwrap_or_default()
@@ -117,7 +109,7 @@ pub(super) fn left_once_fitted(by: &Hypothesis, measured: Measured<'_>, scale: &
 /// It cannot be simulated.
 pub(super) fn own_records(
     by: &Hypothesis,
-    measured: Measured<'_>,
+    measured: &Judge<'_>,
     scale: &Scale,
 ) -> Result<OwnRecords, InputError> {
     let mut about = by.model.clone();

@@ -38,7 +38,7 @@ impl Left {
             return left;
         }
         // What a model leaves over of its own records is no gap, though another one leaves less.
-        let own = own.get_or_init(|| left_once_fitted(by, search.measured(), &search.scale));
+        let own = own.get_or_init(|| left_once_fitted(by, &search.judge(), &search.scale));
         Self::beside(search, rest_nm, &search.noise.clone().at_least(own))
     }
 

@@ -20,7 +20,7 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         return Ok(Vec::new());
     }
     let base = &search.base;
-    let (twins, nodes) = noisy_twins(base, search.measured(), &search.scale, 0)?;
+    let (twins, nodes) = noisy_twins(base, &search.judge(), &search.scale, 0)?;
     let noise = |left_over: &[f64]| noise_of(&base.model, &twins, &nodes, left_over, &search.own);
     let left_over = base.model.left_over(&twins, &base.fit.at)?;
     let weights = noise(&left_over).weights(&nodes);

@@ -125,7 +125,7 @@ fn lead_on_records_of(
 ) -> Result<f64, InputError> {
     // Each record has a seed of its own.
     let seed = draw * search.records.len() as u64;
-    let (records, nodes) = noisy_twins(by, search.measured(), &search.scale, seed)?;
+    let (records, nodes) = noisy_twins(by, &search.judge(), &search.scale, seed)?;
     let weights = search.noise.weights(&nodes);
     let fitted = |h: &Hypothesis| fit_alone(&h.model, &records, &weights, h.fit.at.clone());
     let [one, other] = both;

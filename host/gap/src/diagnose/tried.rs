@@ -1,8 +1,7 @@
 //! All that a search tried: what a verdict and every page of a report are drawn from.
 
 use super::accuse::{ACCUSES, NULLS_VARY};
-use super::fitted_noise::Measured;
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Judge};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::regime::Node;
@@ -47,11 +46,12 @@ pub struct Search {
 }
 
 impl Search {
-    /// What was measured.
-    pub(super) fn measured(&self) -> Measured<'_> {
-        Measured {
+    /// What its hypotheses are judged by.
+    pub(super) fn judge(&self) -> Judge<'_> {
+        Judge {
             records: &self.records,
             nodes: &self.nodes,
+            weights: &self.weights,
             noise: &self.noise,
         }
     }
