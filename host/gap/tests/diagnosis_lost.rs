@@ -101,3 +101,10 @@ fn a_few_at_a_place_and_a_moment_are_found_beside_another_effect() {
     said.sort_unstable();
     assert_eq!(said, there);
 }
+
+#[test]
+fn steps_no_larger_than_effort_could_make_are_named_by_their_one_place() {
+    // Nine of 1.8e-3 rad in each of two logs.
+    let said = trials::diagnosed(&drawn(19714, &[ACCUSED[0]]), &ACCUSED);
+    assert_eq!(said.verdict.effects, [ACCUSED[0]]);
+}

@@ -43,6 +43,8 @@ pub(super) fn mended(log: &Log, jumps: &[Jump], rad_per_count: f64) -> Log {
 
 /// A step of a log.
 struct Step {
+    /// Which log.
+    log: usize,
     /// Where the axis was before it and behind it, had nothing been lost in this log, rad.
     passes_rad: [f64; 2],
     /// What is missing behind it for one who goes upward, rad.
@@ -75,6 +77,7 @@ impl Steps {
             }
             let before = jump.sample.saturating_sub(1);
             self.lost.push(Step {
+                log: self.as_recorded.len(),
                 passes_rad: [mended_rad[before], mended_rad[jump.sample]],
                 lost_rad: if upward {
                     -jump.size_rad
@@ -133,11 +136,35 @@ impl Steps {
             || !self.mended_rad.iter().any(passes_downward);
         values[size?] = size_rad;
         values[form?] = f64::from(u8::from(given_back));
+        let turn_rad = (unit == Unit::Rotary).then_some(TAU);
         Some(Lost {
             added: Added { entry, values },
+            nats: self.nats + self.nats_of_place(size_rad, turn_rad),
             as_recorded: self.as_recorded,
-            nats: self.nats,
         })
+    }
+
+    /// How much more probable it is that what makes the steps lies at one place than that each log's lie there by chance, nats; none where
+    /// they do not.
+    fn nats_of_place(&self, size_rad: f64, turn_rad: Option<f64>) -> f64 {
+        let whole_rad = turn_rad.map_or(self.travel_rad, |turn| turn.min(self.travel_rad));
+        // What is lost shifts what lies behind, by a little more or less than is taken out.
+        let middle = |step: &Step| 0.5 * step.passes_rad.iter().sum::<f64>();
+        let width = |step: &Step| (step.passes_rad[1] - step.passes_rad[0]).abs() + size_rad.abs();
+        let mut nats = 0.0;
+        for steps in self.lost.chunk_by(|a, b| a.log == b.log) {
+            let first = &steps[0];
+            for step in &steps[1..] {
+                let apart = middle(step) - middle(first);
+                let turns = turn_rad.map_or(0.0, |turn| turn * (apart / turn).round());
+                let wide = width(step) + width(first);
+                if (apart - turns).abs() > 0.5 * wide {
+                    return 0.0;
+                }
+                nats += (whole_rad / wide).ln().max(0.0);
+            }
+        }
+        nats
     }
 }
 
@@ -196,6 +223,10 @@ impl Lost {
             search.nodes[place].excluded = false;
             search.as_given[place] = given[place];
         }
+        let weights = search.noise.weights(&search.nodes);
+        for &place in &steps {
+            search.weights[place] = weights[place];
+        }
         let leaves = |hypothesis: &mut Hypothesis, rest: &[f64]| {
             for &place in &steps {
                 hypothesis.held_out[place] = rest[place];
@@ -228,5 +259,37 @@ impl Lost {
         both.added.insert(0, self.added.entry);
         both.model.effects.push(self.added.clone());
         both
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of 0.01 rad of logs, each passed from 0.01 rad before a place to as far behind it.
+    fn steps(of_log: &[(usize, f64)]) -> Steps {
+        let step = |&(log, at_rad): &(usize, f64)| Step {
+            log,
+            passes_rad: [at_rad - 0.01, at_rad + 0.01],
+            lost_rad: -0.01,
+            upward: true,
+        };
+        Steps {
+            lost: of_log.iter().map(step).collect(),
+            travel_rad: 40.0,
+            ..Steps::default()
+        }
+    }
+
+    #[test]
+    fn steps_at_one_place_of_the_turn_speak_for_lost_counts() {
+        let nats = |of_log: &[(usize, f64)]| steps(of_log).nats_of_place(0.01, Some(TAU));
+        // Two that chance puts anywhere in a turn are within 0.03 rad of each other.
+        let each = (TAU / 0.06).ln();
+        assert!((nats(&[(0, 1.0), (0, 1.0 + TAU), (0, 1.01)]) - 2.0 * each).abs() < 1e-12);
+        // Two logs may have begun at different counts.
+        assert!((nats(&[(0, 1.0), (0, 1.0), (1, 3.0), (1, 3.0)]) - 2.0 * each).abs() < 1e-12);
+        assert_eq!(nats(&[(0, 1.0), (0, 1.0), (0, 2.0)]), 0.0);
+        assert_eq!(nats(&[(0, 1.0)]), 0.0);
     }
 }
