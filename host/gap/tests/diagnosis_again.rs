@@ -128,3 +128,19 @@ fn a_coupling_is_looked_for_where_a_play_was_found() {
     let accused = ["mechanics.backlash", "friction.presliding", there];
     names_alone(&drawn(18403, &[there]), &accused, there);
 }
+
+#[test]
+fn the_load_behind_a_coupling_that_swings_undamped_is_found() {
+    // A Q of 70: half of the load with a gain of 0.11 came as near as a fit from there goes.
+    let there = "mechanics.compliance";
+    let accused = ["actuator.gain", "friction.load", there];
+    names_alone(&drawn(19705, &[there]), &accused, there);
+}
+
+#[test]
+fn noise_of_the_sampling_that_pulls_the_inertia_is_no_second_effect() {
+    // Positions read up to 0.6 ms off their time leave an inertia of 0.6, and something that warms up.
+    let there = "sensor.jitter";
+    let accused = ["actuator.delay", "friction.thermal", there];
+    names_alone(&drawn(19713, &[there]), &accused, there);
+}

@@ -43,3 +43,17 @@ fn a_stop_that_is_hit_once_is_named_beside_a_wave() {
     let truth = ["mechanics.end_stop", "mechanics.unbalance"];
     names_both(17257, truth, ["mechanics.inertia_change", "friction.load"]);
 }
+
+#[test]
+fn a_wave_of_inertia_is_found_beside_a_payload() {
+    // The payload promises most, and is half of the effect.
+    let truth = ["mechanics.inertia_change", "sensor.delay"];
+    names_both(19552, truth, ["actuator.lag", "sensor.eccentricity"]);
+}
+
+#[test]
+fn what_leaves_no_room_for_a_second_effect_and_is_not_all_there_is_has_one() {
+    // Noise of the spring alone, correlated for long, hides the asymmetry, which does nothing without the spring.
+    let truth = ["mechanics.spring", "friction.asymmetry"];
+    names_both(19554, truth, ["sensor.eccentricity", "actuator.cogging"]);
+}

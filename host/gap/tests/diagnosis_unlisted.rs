@@ -136,6 +136,8 @@ fn two_effects_that_follow_together_what_neither_is_are_unknown() {
     // So are harmonics of cogging that the axis passes less than twice.
     let accused = ["actuator.cogging", "friction.asymmetry", "mechanics.offset"];
     verdict(19523, "mechanics.spring", &accused);
+    // And cogging that it passes hardly more than once, with no harmonics.
+    verdict(14625, "mechanics.spring", &accused);
     // A coupling that is damped three times as much as any is no coupling.
     let accused = ["actuator.delay", "mechanics.compliance"];
     verdict(18914, "actuator.lag", &accused);

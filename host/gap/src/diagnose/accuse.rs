@@ -223,6 +223,11 @@ pub(super) fn bristles_beside<'a>(
 
 /// Whether a pair explains enough beyond the best single effect.
 fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) -> bool {
+    // Noise that multiplies what the fit is made of, as of the times at which positions were read, pulls the simulator's own parameters to
+    // where they are not believed, and leaves what looks like another effect.
+    if of_noise(single) && pair.log_belief < STRAINED {
+        return false;
+    }
     let before = search.weighted_squares(&search.base);
     let taken = |h: &Hypothesis| before - search.weighted_squares(h);
     let shown = |entry: &&Entry| !is_predicted(entry) || search.shown == Some(entry.id);
@@ -277,6 +282,10 @@ fn is_worth_its_second(search: &Search, single: &Hypothesis, pair: &Hypothesis) 
         || of_moments && leaves_nothing && apart && nats > SECOND_WHERE_NOTHING_IS_LEFT.0
         || takes_rest && asked(of_rest)
         || no_moments && asked(where_none)
+        || search.leaves_another
+            && leaves_nothing
+            && nats > SECOND[0].0
+            && (apart || parts.is_none())
         || second().next().is_some_and(|entry| {
             let takes = parts.map(|_| takes);
             gains_below_open(search, single, pair, entry, takes)

@@ -102,6 +102,24 @@ impl Pairs<'_> {
         Ok(several)
     }
 
+    /// The best effect with every other one, where it left no room for [all](Self::search), best first.
+    ///
+    /// # Errors
+    /// The friction model refuses the parameters.
+    pub(super) fn without_room(
+        &self,
+        entries: &[&'static Entry],
+    ) -> Result<Vec<Hypothesis>, InputError> {
+        let Some(first) = foremost(self.single, self.base)
+            .filter(|first| !of_noise(first) && !self.has_room(first))
+        else {
+            return Ok(Vec::new());
+        };
+        let background = self.background(first);
+        let screened = self.screened(&background, first, entries, &|_| ());
+        self.beside(first, &background, &screened)
+    }
+
     /// What pairs are looked for beside, in the place of `first`: what does best beside it, and those that gain `enough` alone and change something else.
     fn seconds<'a>(
         &'a self,

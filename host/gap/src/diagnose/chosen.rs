@@ -9,6 +9,7 @@ use super::accuse::{
 };
 use super::ceiling;
 use super::coupling::COUPLING;
+use super::details::passes_waves;
 use super::hypothesis::{Hypothesis, is_without_noise, makes_steps, of_noise};
 use super::left::Left;
 use super::moved::Moved;
@@ -257,11 +258,15 @@ impl<'a> Chosen<'a> {
         self.best.added.len() == 1 && is_without_noise(self.best) && self.best.log_belief < STRAINED
     }
 
-    /// Whether one of several effects has a form that no axis is known by: together they follow what neither is.
+    /// Whether one of several effects has a form that no axis is known by, or a wave of torque that was found in hardly more than one pass: together
+    /// they follow what neither is.
     pub(super) fn is_unusual(&self) -> bool {
+        let (scale, model) = (&self.search.scale, &self.best.model);
+        let is_curve = |place| self.has_free_order() && !passes_waves(model, place, scale);
+        let added = self.search.base.model.effects.len()..model.effects.len();
         self.best.added.len() > 1
             && is_without_noise(self.best)
-            && self.best.has_an_unusual_shape(&self.search.scale)
+            && (self.best.has_an_unusual_shape(scale) || added.into_iter().any(is_curve))
     }
 
     /// Whether it has a wave whose order was fitted: beside another effect it may stop beside its own, or stand for what is no wave.

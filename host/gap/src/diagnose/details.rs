@@ -85,7 +85,7 @@ fn with_details(model: &Model, scale: &Scale) -> Option<Model> {
 }
 
 /// Whether an axis passes enough of the wave of an effect, if that adds torque over the angle.
-fn passes_waves(model: &Model, place: usize, scale: &Scale) -> bool {
+pub(super) fn passes_waves(model: &Model, place: usize, scale: &Scale) -> bool {
     let added = &model.effects[place];
     // Friction is told from what adds torque by its sign.
     if !TORQUE_WAVES.contains(&added.entry.id) {

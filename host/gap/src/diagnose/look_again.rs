@@ -2,9 +2,11 @@
 //! play, it stops short; and where it failed in one regime altogether, the weights hold that regime as noise.
 
 use super::accuse::ACCUSES;
+use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, is_without_noise, log_belief};
+use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief};
 use super::likelihood::Noise;
+use super::other_couplings::other_loads;
 use super::own::Own;
 use super::play::corrected_coupling;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
@@ -64,13 +66,15 @@ pub(super) fn look_again(
             .iter()
             .find(|one| one.entry.id == tried.entry.id && one.fit.cost < tried.fit.cost);
         let Tried { model, fit, .. } = better.unwrap_or(tried);
-        let (mut model, mut fit) = again.at(model, fit)?;
+        let (model, fit) = again.at(model, fit)?;
+        let entry = tried.entry;
+        let mut found = Tried { entry, model, fit };
+        other_loads(&background, &mut found)?;
         // A coupling that does not do best open loop either follows whatever swings as fast.
         if at == order[0] {
-            let entry = tried.entry;
-            let found = corrected_coupling(&background, Tried { entry, model, fit })?;
-            (model, fit) = (found.model, found.fit);
+            found = corrected_coupling(&background, found)?;
         }
+        let Tried { model, fit, .. } = found;
         let score = score(&model, &fit);
         if best.as_ref().is_none_or(|best| best.0 < score) {
             best = Some((score, at, model, fit));
@@ -134,6 +138,25 @@ pub(super) fn pair_again(
     };
     let found = judge.hypothesis(pair.added.clone(), model, fit);
     Ok((found.score > pair.score + ACCUSES).then_some(found))
+}
+
+/// The best effect with every other one, where few were asked for because it left no room for a second one: it leaves something all the same.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+pub(super) fn pairs_again(
+    ground: &Ground<'_>,
+    search: &Search,
+    catalogue: &[&'static Entry],
+) -> Result<Vec<Hypothesis>, InputError> {
+    let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
+    let pairs = Pairs {
+        judge: &search.judge(),
+        scale: ground.scale,
+        base: &search.base,
+        single: &search.single,
+    };
+    pairs.without_room(&fitted)
 }
 
 struct Again<'a> {

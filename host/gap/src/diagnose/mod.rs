@@ -27,6 +27,7 @@ mod maps;
 mod moved;
 mod next;
 mod null;
+mod other_couplings;
 mod own;
 mod own_form;
 mod play;

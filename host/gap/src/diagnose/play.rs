@@ -3,10 +3,11 @@
 
 use super::candidate::{Background, Screened, Start};
 use super::coupling::COUPLING;
+use super::other_couplings::spring_of_play;
 use super::screen::Tried;
 use crate::error::InputError;
 use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until, is_corrected};
-use bristle_plant::effect::{ALL, Entry};
+use bristle_plant::effect::{ALL, Coupling, Entry};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -23,7 +24,7 @@ const DAMPED: [f64; 2] = [1.0, 0.4];
 const STEPS: [f64; 8] = [0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.1, 0.05];
 /// Fall of the sum of squares that the play must bring beside the coupling, and the part of the fall by the coupling: less
 /// is what a coupling without a play leaves over by the method's own error.
-const BRINGS: (f64, f64) = (16.0, 0.1);
+pub(super) const BRINGS: (f64, f64) = (16.0, 0.1);
 
 /// Damping ratio that a correction gives the errors of the load behind a play. Of two opened ones 0.2 left 2.2 and 1.2 times as many squares, 1.5, by which
 /// it follows noise, 1.7 and 7 times as many.
@@ -100,44 +101,6 @@ pub(super) fn try_play(
         if fit.cost < without_play - BRINGS.0 {
             (found[play].model, found[play].fit) = (model, fit);
         }
-    }
-    Ok(())
-}
-
-/// Fits the coupling among `found` from the spring of the play among them, where that came out nearer, and puts it there where it then does better: a
-/// play that is next to none leads to a resonance that no coupling was tried at.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-fn spring_of_play(background: &Background<'_>, found: &mut [Tried]) -> Result<(), InputError> {
-    let place = |id: &str| found.iter().position(|one| one.entry.id == id);
-    let (Some(play), Some(coupling)) = (place(PLAY), place(COUPLING)) else {
-        return Ok(());
-    };
-    let (nearer, farther) = (&found[play], &found[coupling]);
-    let most = farther.fit.cost - BRINGS.0;
-    if nearer.fit.cost >= most {
-        return Ok(());
-    }
-    let point = nearer.model.at(&nearer.fit.at);
-    let values = point.effects().last().map(|added| &added.values[..]);
-    let Some(&[_, share, resonance_hz, damping_ratio, on_motor]) = values else {
-        return Ok(());
-    };
-    let inertia = point.believed().whole_inertia_kg_m2() * share * (1.0 - share);
-    let compliance = ((TAU * resonance_hz).powi(2) * inertia).recip();
-    let start = Start::at(vec![compliance, share, damping_ratio, on_motor]);
-    let entry = farther.entry;
-    let mut model = background.with(entry, &start);
-    model.scales_effort = nearer.model.scales_effort;
-    let own = background.model.free.len();
-    let mut at = nearer.fit.at[..own].to_vec();
-    at.extend_from_slice(&model.start()[own..]);
-    let (records, weights) = (background.records, background.weights);
-    let known = &background.fit.jacobian;
-    let fit = fit_near_until(STANDS_STILL, &model, records, weights, at, known)?;
-    if fit.cost < most {
-        found[coupling] = Tried { entry, model, fit };
     }
     Ok(())
 }
@@ -338,7 +301,7 @@ fn starts(
     let [compliance, share, damping_ratio, on_motor] = coupling.values[..] else {
         return Vec::new();
     };
-    let inertia = point.believed().whole_inertia_kg_m2() * share * (1.0 - share);
+    let inertia = Coupling::reduced_kg_m2(point.believed().whole_inertia_kg_m2(), share);
     let resonance_hz = (inertia * compliance).sqrt().recip() / TAU;
     let [smallest, _] = (play.parameters[0].range)(background.scale);
     let about = |gap: f64| {

@@ -6,7 +6,7 @@ use super::accuse::{
 };
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, sort};
-use super::look_again::{look_again, pair_again};
+use super::look_again::{look_again, pair_again, pairs_again};
 use super::null::nulls;
 use super::own::Own;
 use super::play::{with_coupling, without_coupling};
@@ -120,6 +120,7 @@ pub fn search(
             nulls: Vec::new(),
             shown: None,
             unlisted_nats,
+            leaves_another: false,
         };
         // A simulator that diverges has no null.
         search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();
@@ -135,15 +136,15 @@ pub fn search(
     {
         (search, concluded) = explaining;
     }
-    if looks_again
-        && concluded.kind == Kind::Unknown
-        && let Some(pair) = pair_again(&ground, &search)?
-    {
-        let mut second = search.clone();
-        second.several.push(pair);
-        sort(&mut second.several);
-        second.nulls = nulls(&second, &accusable(&second)).unwrap_or_default();
-        if let Some(explaining) = explaining(second) {
+    if looks_again && concluded.kind == Kind::Unknown {
+        let pair = pair_again(&ground, &search)?;
+        if let Some(explaining) = explaining_with(&search, pair.into_iter().collect(), false) {
+            (search, concluded) = explaining;
+        }
+    }
+    if looks_again && concluded.kind == Kind::Unknown {
+        let pairs = pairs_again(&ground, &search, &catalogue)?;
+        if let Some(explaining) = explaining_with(&search, pairs, true) {
             (search, concluded) = explaining;
         }
     }
@@ -165,6 +166,23 @@ fn explaining(search: Search) -> Option<(Search, Verdict)> {
         _ => true,
     };
     explains.then_some((search, verdict))
+}
+
+/// A search with these pairs, too, where there are any, and its verdict, where it explains.
+fn explaining_with(
+    search: &Search,
+    pairs: Vec<Hypothesis>,
+    leaves_another: bool,
+) -> Option<(Search, Verdict)> {
+    if pairs.is_empty() {
+        return None;
+    }
+    let mut search = search.clone();
+    search.leaves_another = leaves_another;
+    search.several.extend(pairs);
+    sort(&mut search.several);
+    search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();
+    explaining(search)
 }
 
 /// What gains enough that its null is asked for.

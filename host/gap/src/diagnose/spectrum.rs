@@ -44,9 +44,14 @@ fn solve(aa: f64, ab: f64, bb: f64, ar: f64, br: f64) -> Option<(f64, f64, f64)>
     Some((x, y, x * ar + y * br))
 }
 
-/// Orders a turn or a metre, most power first. `still` is the change of the weighted rest at order zero: what the wave
-/// is multiplied by at each node.
-pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2]) -> Vec<f64> {
+/// Orders a turn or a metre in a weighted `rest`, most power first. `still` is its change at order zero: what the wave is multiplied by at each
+/// node.
+pub fn in_angle(
+    background: &Background<'_>,
+    rest: &DVector<f64>,
+    still: &DVector<f64>,
+    range: [f64; 2],
+) -> Vec<f64> {
     let scale = background.scale;
     let step = match scale.unit {
         Unit::Rotary => 1.0,
@@ -66,7 +71,7 @@ pub fn in_angle(background: &Background<'_>, still: &DVector<f64>, range: [f64; 
                 scale.unit.wave_rad(stretch.smooth_rad[node.sample]),
                 scale.unit.wave_rad(advance) * record.kernel.length as f64,
                 still[i],
-                background.fit.left_over[i] * background.weights[i],
+                rest[i],
             )
         })
         .collect();

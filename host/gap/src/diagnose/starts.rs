@@ -4,7 +4,7 @@ use super::candidate::{Background, Start, hard_range, size_before, sort};
 use super::coupling::{COUPLING, couplings};
 use super::screen::WORTH_A_FIT;
 use super::spectrum;
-use super::sudden::{has_moment, step_as_tried, sudden};
+use super::sudden::{has_moment, step_as_tried, sudden, take_best};
 use bristle_plant::Unit;
 use bristle_plant::effect::{Entry, Kind};
 use nalgebra::DVector;
@@ -85,6 +85,9 @@ impl Background<'_> {
             self.settle_sudden(entry, best, scales);
             if best.gain > WORTH_A_FIT {
                 self.add_sudden(entry, best, scales);
+                if let (Some(order), Some(phase)) = (place(Kind::Order), phase) {
+                    self.add_wave(entry, order, phase, best, scales);
+                }
             }
         }
         starts
@@ -243,25 +246,35 @@ impl Background<'_> {
     }
 
     /// The effect with the phase and size that fit best, both at once.
-    fn with_phase(
-        &self,
-        entry: &'static Entry,
-        mut values: Vec<f64>,
-        phase: usize,
-    ) -> Option<Start> {
+    fn with_phase(&self, entry: &'static Entry, values: Vec<f64>, phase: usize) -> Option<Start> {
         let size = entry
             .parameters
             .iter()
             .enumerate()
             .position(|(i, p)| p.kind == Kind::Size && values[i] != 0.0)?;
+        let change = |values: &[f64]| {
+            self.change(entry, values, false)
+                .map(|change| self.beyond(&change))
+        };
+        self.with_phase_of(entry, values, [size, phase], &self.rest(), change)
+    }
+
+    /// The same of the wave of this size and phase, which makes this change to a rest.
+    fn with_phase_of(
+        &self,
+        entry: &'static Entry,
+        mut values: Vec<f64>,
+        [size, phase]: [usize; 2],
+        rest: &DVector<f64>,
+        change: impl Fn(&[f64]) -> Option<DVector<f64>>,
+    ) -> Option<Start> {
         let at = |angle: f64| {
             let mut values = values.clone();
             values[phase] = angle;
-            self.change(entry, &values, false)
-                .map(|change| self.beyond(&change))
+            change(&values)
         };
         let (sine, cosine) = (at(0.0)?, at(std::f64::consts::FRAC_PI_2)?);
-        let (a, b, gain) = spectrum::two_columns(&sine, &cosine, &self.rest())?;
+        let (a, b, gain) = spectrum::two_columns(&sine, &cosine, rest)?;
         values[size] *= a.hypot(b);
         values[phase] = b.atan2(a);
         let range = hard_range((entry.parameters[size].range)(self.scale));
@@ -311,15 +324,79 @@ impl Background<'_> {
         let Some(size) = size_before(entry, phase) else {
             return Vec::new();
         };
+        let values = self.wave_as_tried(entry, size, phase);
+        let lines = self.lines(entry, &values, line, in_time, &self.rest());
+        lines
+            .into_iter()
+            .filter_map(|found| {
+                let mut values = values.clone();
+                values[line] = found;
+                if in_time {
+                    return self.with_phases(entry, values, size, phase);
+                }
+                self.with_phase(entry, values, phase)
+            })
+            .collect()
+    }
+
+    /// Adds to the best start the wave over angle that the effect has beside what that does, where it does better.
+    fn add_wave(
+        &self,
+        entry: &'static Entry,
+        order: usize,
+        phase: usize,
+        best: &mut Start,
+        scales: bool,
+    ) {
+        let Some(size) = size_before(entry, phase).filter(|&size| best.values[size] == 0.0) else {
+            return;
+        };
+        let Some(so_far) = self.change(entry, &best.values, scales) else {
+            return;
+        };
+        let so_far = self.beyond(&so_far);
+        let rest = self.rest() + &so_far;
+        let alone = self.wave_as_tried(entry, size, phase);
+        let lines = self.lines(entry, &alone, order, false, &rest);
+        let waves = lines.into_par_iter().filter_map(|line| {
+            let mut values = best.values.clone();
+            (values[size], values[order]) = (alone[size], line);
+            let beside = |values: &[f64]| {
+                let change = self.change(entry, values, scales)?;
+                Some(self.beyond(&change) - &so_far)
+            };
+            let with = self.with_phase_of(entry, values, [size, phase], &rest, beside)?;
+            let gain = self.gain(entry, &with.values, scales);
+            Some(Start { gain, ..with })
+        });
+        let waves: Vec<Start> = waves.collect();
+        take_best(best, waves);
+    }
+
+    /// A wave of no line yet, as large as it is tried.
+    fn wave_as_tried(&self, entry: &'static Entry, size: usize, phase: usize) -> Vec<f64> {
+        let mut values = entry.defaults();
+        let usual = (entry.parameters[size].range)(self.scale);
+        values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
+        values[phase] = std::f64::consts::FRAC_PI_2;
+        values
+    }
+
+    /// The lines of a weighted rest at which a wave [as tried](Self::wave_as_tried) may be; over time, of the rest of the fit.
+    fn lines(
+        &self,
+        entry: &'static Entry,
+        as_tried: &[f64],
+        line: usize,
+        in_time: bool,
+        rest: &DVector<f64>,
+    ) -> Vec<f64> {
         let [mut low, high] = (entry.parameters[line].range)(self.scale);
         if in_time || self.scale.unit == Unit::Linear {
             low = low.max(self.least_line(entry, entry.parameters[line].kind));
         }
-        let mut values = entry.defaults();
-        let usual = (entry.parameters[size].range)(self.scale);
-        values[size] = 0.3 * usual[1].abs().max(usual[0].abs());
+        let mut values = as_tried.to_vec();
         values[line] = 0.0;
-        values[phase] = std::f64::consts::FRAC_PI_2;
         let of_sensor = entry.block() == "sensor";
         let mut stills = Vec::new();
         if !of_sensor {
@@ -334,7 +411,7 @@ impl Background<'_> {
             let found = if in_time {
                 spectrum::in_time(self, still, [low, high])
             } else {
-                spectrum::in_angle(self, still, [low, high])
+                spectrum::in_angle(self, rest, still, [low, high])
             };
             for line in found {
                 if !lines.contains(&line) {
@@ -343,16 +420,6 @@ impl Background<'_> {
             }
         }
         lines
-            .into_iter()
-            .filter_map(|found| {
-                let mut values = values.clone();
-                values[line] = found;
-                if in_time {
-                    return self.with_phases(entry, values, size, phase);
-                }
-                self.with_phase(entry, values, phase)
-            })
-            .collect()
     }
 
     fn squared_speeds(&self) -> Vec<f64> {

@@ -206,7 +206,7 @@ impl Background<'_> {
 }
 
 /// Takes the best of these starts where it promises more; whether it does.
-fn take_best(best: &mut Start, others: Vec<Start>) -> bool {
+pub(super) fn take_best(best: &mut Start, others: Vec<Start>) -> bool {
     let other = others.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some(better) = other.filter(|other| other.gain > best.gain) else {
         return false;

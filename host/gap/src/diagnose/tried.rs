@@ -41,6 +41,8 @@ pub struct Search {
     pub shown: Option<&'static str>,
     /// Nats that speak in the positions for an effect of the sensor that may not be accused.
     pub unlisted_nats: f64,
+    /// The best effect leaves something though it leaves no room for a second one, so that all pairs were looked for.
+    pub leaves_another: bool,
     /// Every effect and the fall of squares that screening expects of it.
     pub screened: Vec<(&'static Entry, f64)>,
 }

@@ -10,6 +10,7 @@ use super::accuse::{DEPENDS, LITTLE};
 use super::bristles::{PRESLIDING, bends_nearly_all};
 use super::ceiling;
 use super::chosen::Chosen;
+use super::coupling::COUPLING;
 use super::hypothesis::{Hypothesis, sort};
 use super::moved::{Moved, moved};
 use super::rivals::asks_for_another;
@@ -78,15 +79,14 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Whether a second look would find no more: something explains all that is left, and is doubted for other reasons.
+    /// Whether a second look would find no more: something explains all that is left, and is doubted for other reasons. A coupling that
+    /// asks for another effect may have another load.
     pub(super) fn is_settled(&self) -> bool {
-        let settles = |doubt| {
-            matches!(
-                doubt,
-                Doubt::IsUnusual | Doubt::AsksForAnother | Doubt::BendsAll
-            )
-        };
-        self.doubt.is_some_and(|(_, doubt)| settles(doubt))
+        self.doubt.is_some_and(|(id, doubt)| match doubt {
+            Doubt::IsUnusual | Doubt::BendsAll => true,
+            Doubt::AsksForAnother => id != COUPLING,
+            Doubt::Strains => false,
+        })
     }
 }
 

@@ -115,6 +115,9 @@ pub struct Coupling {
 }
 
 impl Coupling {
+    /// The least part of the inertia on either side that can be simulated.
+    const LEAST_SHARE: f64 = 0.01;
+
     /// One of a stiffness, with the share and damping ratio kept to what can be simulated.
     pub(super) fn new(
         inertia_kg_m2: f64,
@@ -123,7 +126,7 @@ impl Coupling {
         damping_ratio: f64,
         friction_on_motor: bool,
     ) -> Self {
-        let load_share = load_share.clamp(0.01, 0.99);
+        let load_share = Self::simulated(load_share);
         let reduced = Self::reduced_kg_m2(inertia_kg_m2, load_share);
         Self {
             load_share,
@@ -135,8 +138,13 @@ impl Coupling {
     }
 
     /// The inertia that both parts have against each other: the resonance is at sqrt(k/J) of it.
-    pub(super) fn reduced_kg_m2(inertia_kg_m2: f64, load_share: f64) -> f64 {
-        let share = load_share.clamp(0.01, 0.99);
+    pub fn reduced_kg_m2(inertia_kg_m2: f64, load_share: f64) -> f64 {
+        let share = Self::simulated(load_share);
         inertia_kg_m2 * share * (1.0 - share)
+    }
+
+    /// A share of the inertia, kept to what can be simulated.
+    pub fn simulated(load_share: f64) -> f64 {
+        load_share.clamp(Self::LEAST_SHARE, 1.0 - Self::LEAST_SHARE)
     }
 }
