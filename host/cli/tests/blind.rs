@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 /// Cases, from development seeds.
-const CASES: &str = "4";
+const CASES: &str = "3";
 
 fn bristle(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_bristle"))
@@ -96,26 +96,38 @@ const SAID_ALIKE: &str = "47060";
 /// Its lag is named a delay, as which so short a lag acts; the answer has to say so, too.
 const LAG_AS_DELAY: &str = "47153";
 
-/// Opened cases, by seed, kind and effects: one whose encoder is coarse against the bristles, so that a refit which trusts presliding is led
-/// astray; one whose multisine has no quiet moment that would show its noise; cogging on a friction that warms up; an eccentricity that others
-/// explain as well. Two pairs: whose second effect lies below what is open, or explains nothing alone. One without an effect whose motion
-/// between samples a load behind a spring explains. A stop as soft as rubber, friction that follows velocity through a lag of first order; one that
-/// loses counts upward only, by steps no larger than effort moves the axis within a sample of 2 ms; a ripple that is no sine, and a voltage limit with
-/// a round knee. Two that lack nothing, of a record that never breaks away and of bristles shorter than a count, and a stop that is round.
-const OPENED: [Opened; 15] = [
-    ("45040", "parameters", &[]),
+/// Opened cases, by seed, kind and effects: a multisine has no quiet moment that would show its noise; cogging on a friction that warms up; a pair whose
+/// second effect lies below what is open; friction that follows velocity through a lag of first order; counts lost upward only, by steps no larger than
+/// effort moves the axis within a sample of 2 ms; a voltage limit with a round knee; a record that never breaks away.
+const OPENED: [Opened; 7] = [
     ("46155", "none", &[]),
     (
         "46046",
         "effects",
         &["friction.thermal", "actuator.cogging"],
     ),
-    ("46148", "effect", &["sensor.eccentricity"]),
     (
         SAID_ALIKE,
         "effects",
         &["mechanics.offset", "actuator.deadzone"],
     ),
+    ("51053", "effect", &["friction.lag"]),
+    ("53023", "effect", &["sensor.lost_counts"]),
+    ("54037", "effect", &["actuator.voltage_limit"]),
+    ("56016", "none", &[]),
+];
+
+/// More of them: one whose encoder is coarse against the bristles, so that a refit which trusts presliding is led astray; an eccentricity that others
+/// explain as well; a pair of which one explains nothing alone. One without an effect whose motion between samples a load behind a spring explains; a stop
+/// as soft as rubber, and one that is round; a ripple that is no sine; bristles shorter than a count. Two of bristles that break away within a sample,
+/// where the method's error looks like a load behind a spring; an offset and cogging that others explain as well, with more or stranger parameters; a
+/// coupling whose vibration passes for noise until it is fitted, and two pairs: whose second effect is hardly tried alone, or shares much with the first. A
+/// spring whose rest lies outside the travel, tight spots of less than two waves over it, and a recorder's noise that is correlated for longer than its
+/// differences show. A coupling too stiff to be accused, where a play does next best; a torque constant that falls early; another one that loses counts; and
+/// waves that are no sines: an oval disc, a tight spot of a guide.
+const MORE_OPENED: [Opened; 23] = [
+    ("45040", "parameters", &[]),
+    ("46148", "effect", &["sensor.eccentricity"]),
     (
         "48154",
         "effects",
@@ -123,21 +135,9 @@ const OPENED: [Opened; 15] = [
     ),
     ("52058", "none", &[]),
     ("52044", "effect", &["mechanics.end_stop"]),
-    ("51053", "effect", &["friction.lag"]),
-    ("53023", "effect", &["sensor.lost_counts"]),
-    ("53054", "effect", &["actuator.ripple"]),
-    ("54037", "effect", &["actuator.voltage_limit"]),
-    ("56016", "none", &[]),
-    ("56029", "none", &[]),
     ("56059", "effect", &["mechanics.end_stop"]),
-];
-
-/// More of them: two of bristles that break away within a sample, where the method's error looks like a load behind a spring; an offset and cogging that
-/// others explain as well, with more or stranger parameters; a coupling whose vibration passes for noise until it is fitted, and two pairs: whose second effect
-/// is hardly tried alone, or shares much with the first. A spring whose rest lies outside the travel, tight spots of less than two waves over it, and a
-/// recorder's noise that is correlated for longer than its differences show. A coupling too stiff to be accused, where a play does next best; a torque
-/// constant that falls early; another one that loses counts; and waves that are no sines: an oval disc, a tight spot of a guide.
-const MORE_OPENED: [Opened; 15] = [
+    ("53054", "effect", &["actuator.ripple"]),
+    ("56029", "none", &[]),
     ("45002", "parameters", &[]),
     ("46191", "parameters", &[]),
     ("46083", "effect", &["mechanics.offset"]),
@@ -171,7 +171,7 @@ fn opened_cases_are_answered() {
 }
 
 #[test]
-#[ignore = "takes three minutes more: cargo test -p bristle --test blind -- --ignored"]
+#[ignore = "takes five minutes more: cargo test -p bristle --test blind -- --ignored"]
 fn more_opened_cases_are_answered() {
     are_answered(&MORE_OPENED);
 }

@@ -32,6 +32,7 @@ fn an_offset_is_told_from_an_asymmetry_that_ties_with_it() {
 }
 
 #[test]
+#[ignore = "takes a minute: cargo test -p bristle-gap --test diagnosis_rivals -- --ignored"]
 fn an_inertia_that_asks_for_a_second_effect_stands_for_one_of_no_list() {
     // Friction over position gains 69 nats beside the inertia that changes, -40 where that is all there is.
     is_unknown_where_left_out(19256, "actuator.ripple");

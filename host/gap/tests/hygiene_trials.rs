@@ -27,17 +27,17 @@ fn findings(seed: u64, effects: &[&'static str]) -> Option<Vec<(String, Finding)
 
 #[test]
 fn clean_axes_raise_nothing() {
-    let found: Vec<_> = (5000..5100_u64)
+    let found: Vec<_> = (5000..5030_u64)
         .into_par_iter()
         .filter_map(|seed| findings(seed, &[]))
         .collect();
-    assert_eq!(found.len(), 100);
+    assert_eq!(found.len(), 30);
     let wrong: Vec<_> = found
         .iter()
         .filter(|findings| !findings.is_empty())
         .collect();
-    println!("false alarms {}/100, limit 1", wrong.len());
-    assert!(wrong.len() <= 1, "{wrong:#?}");
+    println!("false alarms {}/30, limit 0", wrong.len());
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// What an effect truly does to a log, and the finding that names it.
