@@ -140,6 +140,14 @@ fn the_load_behind_a_coupling_that_swings_undamped_is_found() {
 }
 
 #[test]
+fn a_play_is_looked_for_among_usual_ones() {
+    // About the coupling that fits best without one it is as good as rigid, and open loop no slope leads to what it is.
+    let there = "mechanics.backlash";
+    let accused = ["friction.presliding", there, "mechanics.compliance"];
+    names_alone(&drawn(19704, &[there]), &accused, there);
+}
+
+#[test]
 fn noise_of_the_sampling_that_pulls_the_inertia_is_no_second_effect() {
     // Positions read up to 0.6 ms off their time leave an inertia of 0.6, and something that warms up.
     let there = "sensor.jitter";

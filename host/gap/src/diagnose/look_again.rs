@@ -3,10 +3,11 @@
 
 use super::accuse::ACCUSES;
 use super::beside::Pairs;
+use super::coupling::COUPLING;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief};
 use super::likelihood::Noise;
-use super::other_couplings::other_loads;
+use super::other_couplings::{other_loads, other_plays};
 use super::own::Own;
 use super::play::corrected_coupling;
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
@@ -70,6 +71,8 @@ pub(super) fn look_again(
         let entry = tried.entry;
         let mut found = Tried { entry, model, fit };
         other_loads(&background, &mut found)?;
+        let coupling = first.tried.iter().find(|one| one.entry.id == COUPLING);
+        other_plays(&background, &mut found, coupling)?;
         // A coupling that does not do best open loop either follows whatever swings as fast.
         if at == order[0] {
             found = corrected_coupling(&background, found)?;

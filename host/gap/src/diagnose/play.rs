@@ -28,7 +28,7 @@ pub(super) const BRINGS: (f64, f64) = (16.0, 0.1);
 
 /// Damping ratio that a correction gives the errors of the load behind a play. Of two opened ones 0.2 left 2.2 and 1.2 times as many squares, 1.5, by which
 /// it follows noise, 1.7 and 7 times as many.
-const OF_PLAY: f64 = 0.6;
+pub(super) const OF_PLAY: f64 = 0.6;
 /// The same of a coupling: more follows whatever swings about as fast.
 const OF_COUPLING: f64 = 0.1;
 
@@ -230,19 +230,13 @@ pub(super) fn corrected_coupling(
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-fn corrected(
+pub(super) fn corrected(
     background: &Background<'_>,
     open: &Tried,
     damping_ratio: f64,
     stands_still: f64,
 ) -> Result<Option<(Model, Fit)>, InputError> {
-    let inertia_kg_m2 = open.model.believed.whole_inertia_kg_m2();
-    let may_be = open.model.effects.last().is_some_and(|added| {
-        let effect = (added.entry.build)(&added.values, background.scale.unit);
-        let coupling = effect.coupling(inertia_kg_m2);
-        coupling.is_some_and(|coupling| is_corrected(&coupling))
-    });
-    if !may_be {
+    if !may_be_corrected(background, &open.model) {
         return Ok(None);
     }
     let mut model = open.model.clone();
@@ -252,6 +246,16 @@ fn corrected(
     let fit = fit_near_until(stands_still, &model, records, weights, from, known)?;
     let better = fit.cost < open.fit.cost && !model.ends_at_limit(&fit.at);
     Ok(better.then_some((model, fit)))
+}
+
+/// Whether the last effect of a model puts a load behind a coupling that [may be](is_corrected) corrected.
+pub(super) fn may_be_corrected(background: &Background<'_>, model: &Model) -> bool {
+    let inertia_kg_m2 = model.believed.whole_inertia_kg_m2();
+    model.effects.last().is_some_and(|added| {
+        let effect = (added.entry.build)(&added.values, background.scale.unit);
+        let coupling = effect.coupling(inertia_kg_m2);
+        coupling.is_some_and(|coupling| is_corrected(&coupling))
+    })
 }
 
 /// From `at` downhill by one parameter of the play after the other: its flanks meet at moments that a slope does not know of.
