@@ -7,13 +7,14 @@ use super::coupling::COUPLING;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief};
 use super::likelihood::Noise;
-use super::other_couplings::{other_loads, other_plays};
+use super::other_couplings::other_loads;
 use super::own::Own;
-use super::play::corrected_coupling;
+use super::play::{PLAY, corrected_coupling, springs};
 use super::round::{Round, Settling, WORTH_A_ROUND, Weighed};
 use super::screen::{Tried, fit_best, screen};
 use super::single::Ground;
 use super::tried::Search;
+use super::usual_play::usual_play;
 use crate::error::InputError;
 use crate::inverse::{Fit, Free, Model, Owner, fit_alone, fit_at, fit_near};
 use bristle_plant::effect::{Entry, Kind, Scale};
@@ -29,7 +30,7 @@ const TIMES: [f64; 4] = [0.5, 0.7, 1.35, 1.8];
 const LOOKS: usize = 3;
 
 /// The round anew with the noise that the best effect leaves once each of the best was looked at again: where it explains more than
-/// the best did by as much as accuses. `as_given` is what the method leaves over of the simulator as it stands.
+/// the best did by as much as accuses. `as_given` is what the method leaves over of the simulator as it stands, `catalogue` what may be accused.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -37,6 +38,7 @@ pub(super) fn look_again(
     ground: &Ground<'_>,
     first: Round,
     as_given: &Own,
+    catalogue: &[&'static Entry],
 ) -> Result<Option<Round>, InputError> {
     let &Ground {
         records,
@@ -60,7 +62,7 @@ pub(super) fn look_again(
     let looked_at: Vec<&'static Entry> = order.iter().map(|&at| first.tried[at].entry).collect();
     let anew = again.anew(&looked_at, &first.fitted)?;
     let background = ground.background(&first.weights, &first.fitted);
-    let mut best: Option<(f64, usize, Model, Fit)> = None;
+    let mut best: Option<(f64, usize, &'static Entry, Model, Fit)> = None;
     for &at in &order {
         let tried = &first.tried[at];
         let better = anew
@@ -71,8 +73,6 @@ pub(super) fn look_again(
         let entry = tried.entry;
         let mut found = Tried { entry, model, fit };
         other_loads(&background, &mut found)?;
-        let coupling = first.tried.iter().find(|one| one.entry.id == COUPLING);
-        other_plays(&background, &mut found, coupling)?;
         // A coupling that does not do best open loop either follows whatever swings as fast.
         if at == order[0] {
             found = corrected_coupling(&background, found)?;
@@ -80,10 +80,24 @@ pub(super) fn look_again(
         let Tried { model, fit, .. } = found;
         let score = score(&model, &fit);
         if best.as_ref().is_none_or(|best| best.0 < score) {
-            best = Some((score, at, model, fit));
+            best = Some((score, at, entry, model, fit));
         }
     }
-    let Some((score, at, with, fit)) = best else {
+    let tried = |at: &usize| &first.tried[*at];
+    let play = catalogue.iter().find(|entry| entry.id == PLAY);
+    let springs = order.iter().map(tried).find(|one| springs(one.entry));
+    if let (Some(&play), Some(other)) = (play, springs) {
+        let place = |id: &str| first.tried.iter().position(|one| one.entry.id == id);
+        let coupling = place(COUPLING).as_ref().map(tried);
+        if let Some(Tried { model, fit, .. }) = usual_play(&background, play, other, coupling)? {
+            let score = score(&model, &fit);
+            if best.as_ref().is_none_or(|best| best.0 < score) {
+                let at = place(PLAY).unwrap_or(first.tried.len());
+                best = Some((score, at, play, model, fit));
+            }
+        }
+    }
+    let Some((score, at, entry, with, fit)) = best else {
         return Ok(None);
     };
     if score - of_first(&order[0]) < ACCUSES {
@@ -95,8 +109,9 @@ pub(super) fn look_again(
     let noise = noise_of(&with, records, nodes, &fit.left_over, &own);
     let weights = noise.weights(nodes);
     let mut tried = first.tried;
-    tried[at].fit = fit_at(&with, records, &first.weights, fit.at)?;
-    tried[at].model = with;
+    let fit = fit_at(&with, records, &first.weights, fit.at)?;
+    let model = with;
+    tried.splice(at..tried.len().min(at + 1), [Tried { entry, model, fit }]);
     let (fitted, tried) = ground.refine(first.fitted, tried, &noise, &first.weights, &weights)?;
     Ok(Some(Round {
         own,

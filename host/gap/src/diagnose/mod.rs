@@ -53,6 +53,7 @@ mod sudden;
 mod testing;
 mod tone;
 mod tried;
+mod usual_play;
 mod verdict;
 mod waves;
 mod white_noise;

@@ -1,25 +1,17 @@
-//! Couplings and plays to which no fit leads: with another load behind the same resonance, where a play was found, and from usual plays.
+//! Couplings to which no fit leads: with another load behind the same resonance, and where a play was found.
 
 use super::candidate::{Background, Start};
 use super::coupling::COUPLING;
-use super::play::{BRINGS, OF_PLAY, PLAY, corrected, may_be_corrected};
+use super::play::{BRINGS, PLAY};
 use super::screen::Tried;
-use super::starts::levels;
 use crate::error::InputError;
-use crate::inverse::{
-    Fit, Model, PROMISES, STANDS_STILL, cost_at, fit_alone, fit_near_until, fit_roughly,
-};
+use crate::inverse::{Model, PROMISES, STANDS_STILL, fit_near_until};
 use bristle_plant::effect::{Coupling, Entry};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Times of the inertia behind a coupling to that before it.
 const LOADS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
-/// Usual plays that are tried: sizes and resonances of so many levels, parts of the inertia behind, and damping ratios.
-const OTHER_GAPS: usize = 6;
-const OTHER_RESONANCES: usize = 5;
-const OTHER_SHARES: [f64; 3] = [0.2, 0.5, 0.8];
-const OTHER_DAMPING: [f64; 2] = [0.05, 0.2];
 /// So often at most: each may lead on.
 const ROUNDS: usize = 3;
 
@@ -99,75 +91,14 @@ pub(super) fn other_loads(
     Ok(())
 }
 
-/// Fits a play anew from usual ones with its load corrected, and takes the one that then does better than it did and than a `coupling` corrected as much:
-/// about the coupling that fits best without one a play may be as good as rigid, and open loop no slope leads from there.
-///
-/// # Errors
-/// The friction model refuses the parameters.
-pub(super) fn other_plays(
-    background: &Background<'_>,
-    play: &mut Tried,
-    coupling: Option<&Tried>,
-) -> Result<(), InputError> {
-    if play.entry.id != PLAY {
-        return Ok(());
-    }
-    let (records, weights) = (background.records, background.weights);
-    let usual = |parameter: usize| (play.entry.parameters[parameter].range)(background.scale);
-    let point = play.model.at(&play.fit.at);
-    let values = point.effects().last().map(|added| &added.values[..]);
-    let Some(&[gap, .., on_motor]) = values else {
-        return Ok(());
-    };
-    let gaps: Vec<f64> = levels(usual(0), OTHER_GAPS).chain([gap]).collect();
-    let fitted = gaps.into_par_iter().map(|gap| {
-        let of_gap = levels(usual(2), OTHER_RESONANCES).flat_map(|resonance_hz| {
-            OTHER_SHARES.into_iter().flat_map(move |share| {
-                OTHER_DAMPING
-                    .map(|damping_ratio| vec![gap, share, resonance_hz, damping_ratio, on_motor])
-            })
-        });
-        let tried = of_gap.map(|values| {
-            let Beside { mut model, at } = Beside::new(background, play.entry, values, play);
-            model.corrects = Some(OF_PLAY).filter(|_| may_be_corrected(background, &model));
-            let cost = cost_at(&model, records, weights, at.clone())?;
-            Ok((cost, model, at))
-        });
-        let tried = tried.collect::<Result<Vec<_>, InputError>>()?;
-        let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let fitted = best.map(|(_, model, at)| {
-            let fit = fit_roughly(&model, records, weights, at)?;
-            Ok((model, fit))
-        });
-        fitted.transpose()
-    });
-    let fitted = fitted.collect::<Result<Vec<Option<(Model, Fit)>>, InputError>>()?;
-    let nearest = fitted.into_iter().flatten();
-    let nearest = nearest.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    let Some((model, rough)) = nearest else {
-        return Ok(());
-    };
-    let fit = fit_alone(&model, records, weights, rough.at)?;
-    let without_play = match (coupling, model.corrects) {
-        (Some(open), Some(damping_ratio)) => corrected(background, open, damping_ratio, PROMISES)?
-            .map_or(open.fit.cost, |(_, fit)| fit.cost),
-        (Some(open), None) => open.fit.cost,
-        (None, _) => f64::INFINITY,
-    };
-    if fit.cost < play.fit.cost.min(without_play) - BRINGS.0 && !model.ends_at_limit(&fit.at) {
-        (play.model, play.fit) = (model, fit);
-    }
-    Ok(())
-}
-
 /// An effect, and where a fit of it begins: at the simulator's own parameters as they came out with another that is read alike.
-struct Beside {
-    model: Model,
-    at: Vec<f64>,
+pub(super) struct Beside {
+    pub(super) model: Model,
+    pub(super) at: Vec<f64>,
 }
 
 impl Beside {
-    fn new(
+    pub(super) fn new(
         background: &Background<'_>,
         entry: &'static Entry,
         values: Vec<f64>,

@@ -262,7 +262,7 @@ pub(super) fn may_be_corrected(background: &Background<'_>, model: &Model) -> bo
 ///
 /// # Errors
 /// The friction model refuses the parameters.
-fn descended(
+pub(super) fn descended(
     background: &Background<'_>,
     model: &Model,
     mut at: Vec<f64>,

@@ -131,7 +131,7 @@ pub fn search(
     let mut concluded = verdict(&search);
     let looks_again = concluded.kind == Kind::Unknown && !concluded.is_settled();
     if looks_again
-        && let Some(second) = look_again(&ground, first, &own_as_given)?
+        && let Some(second) = look_again(&ground, first, &own_as_given, &catalogue)?
         && let Some(explaining) = explaining(judged(&second, 0.9, 0.95)?)
     {
         (search, concluded) = explaining;
