@@ -85,8 +85,8 @@ pub(super) fn look_again(
     }
     let tried = |at: &usize| &first.tried[*at];
     let play = catalogue.iter().find(|entry| entry.id == PLAY);
-    let springs = order.iter().map(tried).find(|one| springs(one.entry));
-    if let (Some(&play), Some(other)) = (play, springs) {
+    let other = order.iter().map(tried).find(|one| springs(one.entry));
+    if let (Some(&play), Some(other)) = (play, other) {
         let place = |id: &str| first.tried.iter().position(|one| one.entry.id == id);
         let coupling = place(COUPLING).as_ref().map(tried);
         if let Some(Tried { model, fit, .. }) = usual_play(&background, play, other, coupling)? {
@@ -111,6 +111,7 @@ pub(super) fn look_again(
     let mut tried = first.tried;
     let fit = fit_at(&with, records, &first.weights, fit.at)?;
     let model = with;
+    // A play that did not come out before stands behind them.
     tried.splice(at..tried.len().min(at + 1), [Tried { entry, model, fit }]);
     let (fitted, tried) = ground.refine(first.fitted, tried, &noise, &first.weights, &weights)?;
     Ok(Some(Round {
