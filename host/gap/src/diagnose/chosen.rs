@@ -262,11 +262,12 @@ impl<'a> Chosen<'a> {
     /// they follow what neither is.
     pub(super) fn is_unusual(&self) -> bool {
         let (scale, model) = (&self.search.scale, &self.best.model);
-        let is_curve = |place| self.has_free_order() && !passes_waves(model, place, scale);
-        let added = self.search.base.model.effects.len()..model.effects.len();
+        let mut added = self.search.base.model.effects.len()..model.effects.len();
+        let mut is_curve =
+            || self.has_free_order() && added.any(|place| !passes_waves(model, place, scale));
         self.best.added.len() > 1
             && is_without_noise(self.best)
-            && (self.best.has_an_unusual_shape(scale) || added.into_iter().any(is_curve))
+            && (self.best.has_an_unusual_shape(scale) || is_curve())
     }
 
     /// Whether it has a wave whose order was fitted: beside another effect it may stop beside its own, or stand for what is no wave.

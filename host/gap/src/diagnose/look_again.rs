@@ -62,7 +62,7 @@ pub(super) fn look_again(
     let looked_at: Vec<&'static Entry> = order.iter().map(|&at| first.tried[at].entry).collect();
     let anew = again.anew(&looked_at, &first.fitted)?;
     let background = ground.background(&first.weights, &first.fitted);
-    let mut best: Option<(f64, usize, &'static Entry, Model, Fit)> = None;
+    let mut found: Vec<(usize, Tried)> = Vec::new();
     for &at in &order {
         let tried = &first.tried[at];
         let better = anew
@@ -71,33 +71,39 @@ pub(super) fn look_again(
         let Tried { model, fit, .. } = better.unwrap_or(tried);
         let (model, fit) = again.at(model, fit)?;
         let entry = tried.entry;
-        let mut found = Tried { entry, model, fit };
-        other_loads(&background, &mut found)?;
+        let mut one = Tried { entry, model, fit };
+        other_loads(&background, &mut one)?;
         // A coupling that does not do best open loop either follows whatever swings as fast.
         if at == order[0] {
-            found = corrected_coupling(&background, found)?;
+            one = corrected_coupling(&background, one)?;
         }
-        let Tried { model, fit, .. } = found;
-        let score = score(&model, &fit);
-        if best.as_ref().is_none_or(|best| best.0 < score) {
-            best = Some((score, at, entry, model, fit));
-        }
+        found.push((at, one));
     }
-    let tried = |at: &usize| &first.tried[*at];
     let play = catalogue.iter().find(|entry| entry.id == PLAY);
-    let other = order.iter().map(tried).find(|one| springs(one.entry));
+    let mut best_first = order.iter().map(|&at| &first.tried[at]);
+    let other = best_first.find(|one| springs(one.entry));
     if let (Some(&play), Some(other)) = (play, other) {
         let place = |id: &str| first.tried.iter().position(|one| one.entry.id == id);
-        let coupling = place(COUPLING).as_ref().map(tried);
-        if let Some(Tried { model, fit, .. }) = usual_play(&background, play, other, coupling)? {
-            let score = score(&model, &fit);
-            if best.as_ref().is_none_or(|best| best.0 < score) {
-                let at = place(PLAY).unwrap_or(first.tried.len());
-                best = Some((score, at, play, model, fit));
-            }
+        let coupling = place(COUPLING).map(|at| &first.tried[at]);
+        if let Some(one) = usual_play(&background, play, other, coupling)? {
+            found.push((place(PLAY).unwrap_or(first.tried.len()), one));
         }
     }
-    let Some((score, at, entry, with, fit)) = best else {
+    let scored = found
+        .into_iter()
+        .map(|(at, one)| (score(&one.model, &one.fit), at, one));
+    // Of equals the first.
+    let best = scored.reduce(|best, other| if best.0 < other.0 { other } else { best });
+    let Some((
+        score,
+        at,
+        Tried {
+            entry,
+            model: with,
+            fit,
+        },
+    )) = best
+    else {
         return Ok(None);
     };
     if score - of_first(&order[0]) < ACCUSES {

@@ -79,16 +79,20 @@ pub fn in_angle(
     lines(&points, &own, range, step)
 }
 
-/// Frequencies, most power first, with a phase of its own for each record; none at which an axis is moved to and fro: what is there at that
+/// Frequencies in a weighted `rest`, most power first, with a phase of its own for each record; none at which an axis is moved to and fro: what is there at that
 /// may be a function of where it is.
-pub fn in_time(background: &Background<'_>, still: &DVector<f64>, range: [f64; 2]) -> Vec<f64> {
+pub fn in_time(
+    background: &Background<'_>,
+    rest: &DVector<f64>,
+    still: &DVector<f64>,
+    range: [f64; 2],
+) -> Vec<f64> {
     let of_record = |record: &Record| Even::new(record.node_s());
     let mut sets: Vec<Even> = background.records.iter().map(of_record).collect();
     let mut motions: Vec<Even> = background.records.iter().map(of_record).collect();
     for (i, node) in background.nodes.iter().enumerate() {
         let time_s = node.time_s(background.records);
-        let rest = background.fit.left_over[i] * background.weights[i];
-        sets[node.record].add(time_s, still[i], rest);
+        sets[node.record].add(time_s, still[i], rest[i]);
         motions[node.record].add(time_s, 1.0, node.velocity_rad_s(background.records));
     }
     let swings: Vec<[f64; 2]> = motions.iter().filter_map(Even::swings).collect();

@@ -351,11 +351,9 @@ impl Background<'_> {
         let Some(size) = size_before(entry, phase).filter(|&size| best.values[size] == 0.0) else {
             return;
         };
-        let Some(so_far) = self.change(entry, &best.values, scales) else {
+        let Some([so_far, rest]) = self.with_start(entry, best, scales) else {
             return;
         };
-        let so_far = self.beyond(&so_far);
-        let rest = self.rest() + &so_far;
         let alone = self.wave_as_tried(entry, size, phase);
         let lines = self.lines(entry, &alone, order, false, &rest);
         let waves = lines.into_par_iter().filter_map(|line| {
@@ -373,6 +371,18 @@ impl Background<'_> {
         take_best(best, waves);
     }
 
+    /// What a start does beyond what the model's own parameters can, and the weighted rest with it.
+    pub(super) fn with_start(
+        &self,
+        entry: &'static Entry,
+        start: &Start,
+        scales: bool,
+    ) -> Option<[DVector<f64>; 2]> {
+        let does = self.beyond(&self.change(entry, &start.values, scales)?);
+        let rest = self.rest() + &does;
+        Some([does, rest])
+    }
+
     /// A wave of no line yet, as large as it is tried.
     fn wave_as_tried(&self, entry: &'static Entry, size: usize, phase: usize) -> Vec<f64> {
         let mut values = entry.defaults();
@@ -382,7 +392,7 @@ impl Background<'_> {
         values
     }
 
-    /// The lines of a weighted rest at which a wave [as tried](Self::wave_as_tried) may be; over time, of the rest of the fit.
+    /// The lines of a weighted rest at which a wave [as tried](Self::wave_as_tried) may be.
     fn lines(
         &self,
         entry: &'static Entry,
@@ -409,7 +419,7 @@ impl Background<'_> {
         let mut lines: Vec<f64> = Vec::new();
         for still in &stills {
             let found = if in_time {
-                spectrum::in_time(self, still, [low, high])
+                spectrum::in_time(self, rest, still, [low, high])
             } else {
                 spectrum::in_angle(self, rest, still, [low, high])
             };

@@ -53,11 +53,9 @@ impl Background<'_> {
             let Some(size) = sudden(entry, moment).filter(|&size| best.values[size] == 0.0) else {
                 continue;
             };
-            let Some(so_far) = self.change(entry, &best.values, scales) else {
+            let Some([so_far, rest]) = self.with_start(entry, best, scales) else {
                 return;
             };
-            let so_far = self.beyond(&so_far);
-            let rest = self.rest() + &so_far;
             let usual = (entry.parameters[size].range)(self.scale);
             let range = hard_range(usual);
             let places = self.moments(parameter.kind, &rest).unwrap_or_default();
