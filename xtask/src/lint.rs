@@ -40,20 +40,42 @@ pub fn run() -> bool {
         host.extend(WITHOUT_IMAGE);
     }
     host.extend(["--", "-D", "warnings"]);
-    clean &= sh("cargo", &host);
-    for folder in APART {
-        if setup::target_installed() {
-            // From the folder itself, whose configuration names the target; in the profile that it is built in afterwards.
-            let lint = ["clippy", "--release", "--", "-D", "warnings"];
-            eprintln!("+ cd {folder} && cargo {}", lint.join(" "));
-            clean &= Command::new("cargo")
-                .current_dir(folder)
-                .args(lint)
-                .status()
-                .is_ok_and(|status| status.success());
-        } else {
-            eprintln!("SKIPPED: lint of {folder}: see what is MISSING above");
+    // What is built for the microcontroller is a chain of large packages, which keeps one core busy.
+    std::thread::scope(|scope| {
+        let apart = scope.spawn(|| APART.map(lint_apart));
+        clean &= sh("cargo", &host);
+        for said in apart.join().expect("linting does not panic") {
+            eprint!("{}", said.text);
+            clean &= said.clean;
         }
-    }
+    });
     clean
+}
+
+/// What a lint came to, and what it said.
+struct Said {
+    clean: bool,
+    text: String,
+}
+
+fn lint_apart(folder: &str) -> Said {
+    if !setup::target_installed() {
+        let text = format!("SKIPPED: lint of {folder}: see what is MISSING above\n");
+        return Said { clean: true, text };
+    }
+    // From the folder itself, whose configuration names the target; in the profile that it is built in afterwards.
+    let lint = ["clippy", "--release", "--", "-D", "warnings"];
+    let output = Command::new("cargo")
+        .current_dir(folder)
+        .args(lint)
+        .output();
+    let (clean, said) = match output {
+        Ok(output) => (
+            output.status.success(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        ),
+        Err(error) => (false, format!("{error}\n")),
+    };
+    let text = format!("+ cd {folder} && cargo {}\n{said}", lint.join(" "));
+    Said { clean, text }
 }

@@ -11,16 +11,31 @@ pub const WITHOUT_IMAGE: [&str; 2] = ["--exclude", "bristle-image"];
 pub fn run() -> bool {
     setup::run();
     let firmware = setup::target_installed();
-    let built = if firmware {
-        firmware::check(&[])
-    } else {
-        eprintln!("SKIPPED: the firmware: {} is not installed", setup::TARGET);
-        true
-    };
     let image = firmware && setup::emulator_builds();
     // All packages at once, so that what they share is built once; and all tests, so that one failure does not hide another.
-    let mut cargo = Command::new("cargo");
-    cargo.args(["test", "--workspace", "--no-fail-fast"]);
+    let test = || {
+        let mut cargo = Command::new("cargo");
+        cargo.args(["test", "--workspace", "--no-fail-fast"]);
+        if !image {
+            cargo.args(WITHOUT_IMAGE);
+        }
+        cargo
+    };
+    // The firmware is a chain of large packages, which keeps one core busy: the tests are built beside it.
+    let built = std::thread::scope(|scope| {
+        let built = scope.spawn(|| {
+            if firmware {
+                firmware::check(&[])
+            } else {
+                eprintln!("SKIPPED: the firmware: {} is not installed", setup::TARGET);
+                true
+            }
+        });
+        // What does not build is said once more where it is tested.
+        let _ = test().args(["--no-run", "--quiet"]).status();
+        built.join().expect("building does not panic")
+    });
+    let mut cargo = test();
     if image {
         // For the commands that take `--on image`.
         cargo.env("BRISTLE_EMULATOR", program("emulate"));
@@ -30,7 +45,6 @@ pub fn run() -> bool {
         );
     } else {
         eprintln!("SKIPPED: image in the loop: the target, cmake or libclang is missing");
-        cargo.args(WITHOUT_IMAGE);
     }
     eprintln!("+ {cargo:?}");
     let host = cargo.status().is_ok_and(|status| status.success());

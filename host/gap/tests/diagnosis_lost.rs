@@ -108,3 +108,10 @@ fn steps_no_larger_than_effort_could_make_are_named_by_their_one_place() {
     let said = trials::diagnosed(&drawn(19714, &[ACCUSED[0]]), &ACCUSED);
     assert_eq!(said.verdict.effects, [ACCUSED[0]]);
 }
+
+#[test]
+fn a_step_that_does_not_tell_hides_no_others() {
+    // Eighteen counts of rest, which effort could have moved, and six at a place of each turn, which no step shows.
+    let said = trials::diagnosed(&drawn(34001, &[ACCUSED[0]]), &ACCUSED);
+    assert_eq!(said.verdict.effects, [ACCUSED[0]]);
+}

@@ -15,6 +15,7 @@ use super::play::springs;
 use super::regime::Regime;
 use super::screen::{Tried, by_promise, fit_best, screen};
 use super::single::{beside, no_worse};
+use super::tried::Search;
 use crate::error::InputError;
 use crate::inverse::{Free, Owner, fit, fit_at};
 use bristle_plant::effect::{Entry, Scale};
@@ -51,6 +52,18 @@ pub(super) struct Pairs<'a> {
     pub(super) base: &'a Hypothesis,
     /// With one effect, best first.
     pub(super) single: &'a [Hypothesis],
+}
+
+impl<'a> Pairs<'a> {
+    /// Of what a search has come to, with its [judge](Search::judge).
+    pub(super) fn of(search: &'a Search, judge: &'a Judge<'a>) -> Self {
+        Self {
+            judge,
+            scale: &search.scale,
+            base: &search.base,
+            single: &search.single,
+        }
+    }
 }
 
 impl Pairs<'_> {

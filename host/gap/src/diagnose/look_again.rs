@@ -170,18 +170,11 @@ pub(super) fn pair_again(
 /// # Errors
 /// The friction model refuses the parameters.
 pub(super) fn pairs_again(
-    ground: &Ground<'_>,
     search: &Search,
     catalogue: &[&'static Entry],
 ) -> Result<Vec<Hypothesis>, InputError> {
     let fitted: Vec<&'static Entry> = fitted_ones(catalogue).collect();
-    let pairs = Pairs {
-        judge: &search.judge(),
-        scale: ground.scale,
-        base: &search.base,
-        single: &search.single,
-    };
-    pairs.without_room(&fitted)
+    Pairs::of(search, &search.judge()).without_room(&fitted)
 }
 
 struct Again<'a> {

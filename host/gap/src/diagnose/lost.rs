@@ -18,7 +18,7 @@ use bristle_plant::effect::{ALL, Effect, Entry, Instant, Kind};
 use std::f64::consts::TAU;
 
 /// Its id.
-const ID: &str = "sensor.lost_counts";
+pub(super) const LOST_COUNTS: &str = "sensor.lost_counts";
 /// A step of this part of a turn, or of a linear axis's travel, is a counter that wraps.
 const WRAPS: f64 = 0.25;
 /// What moves an axis is beyond every doubt at so many standard deviations.
@@ -102,7 +102,7 @@ impl Steps {
 
     /// What was lost; none where nothing was, or a counter wraps.
     pub(super) fn lost(self, unit: Unit) -> Option<Lost> {
-        let entry = ALL.iter().find(|entry| entry.id == ID)?;
+        let entry = ALL.iter().find(|entry| entry.id == LOST_COUNTS)?;
         let whole_rad = match unit {
             Unit::Rotary => TAU,
             Unit::Linear => self.travel_rad,
@@ -185,6 +185,18 @@ pub(super) struct Lost {
 }
 
 impl Lost {
+    /// Whether its steps speak for it by themselves.
+    pub(super) fn is_shown(&self) -> bool {
+        self.nats > ACCUSES
+    }
+
+    /// Records with their steps in place of those without.
+    pub(super) fn as_recorded(&self, mended: &[Record]) -> Vec<Record> {
+        let both = self.as_recorded.iter().zip(mended);
+        both.map(|(as_recorded, mended)| as_recorded.as_ref().unwrap_or(mended).clone())
+            .collect()
+    }
+
     /// Sets the effect beside all that was tried on positions without the steps, where `catalogue` has it.
     ///
     /// # Errors
@@ -194,16 +206,11 @@ impl Lost {
         search: &mut Search,
         catalogue: &[&'static Entry],
     ) -> Result<(), InputError> {
-        if catalogue.iter().all(|entry| entry.id != ID) {
+        if catalogue.iter().all(|entry| entry.id != LOST_COUNTS) {
             search.unlisted_nats = search.unlisted_nats.max(self.nats);
             return Ok(());
         }
-        let records: Vec<Record> = self
-            .as_recorded
-            .iter()
-            .zip(search.records.iter())
-            .map(|(as_recorded, mended)| as_recorded.as_ref().unwrap_or(mended).clone())
-            .collect();
+        let records = self.as_recorded(&search.records);
         let model = &search.base.model;
         let with_steps = model.left_over(&records, &search.base.fit.at)?;
         let given = model.left_over(&records, &model.start())?;
@@ -245,7 +252,7 @@ impl Lost {
             leaves(hypothesis, usual);
         }
         let mut found = found.into_iter().map(|(hypothesis, _)| hypothesis);
-        search.shown = (self.nats > ACCUSES).then_some(ID);
+        search.shown = self.is_shown().then_some(LOST_COUNTS);
         search.single.extend(found.next());
         search.several.extend(found);
         for list in [&mut search.single, &mut search.several] {

@@ -4,6 +4,7 @@ use super::accuse::{
     ACCUSES, BELOW_OPEN_BESIDE, LEAST_SECOND, UNKNOWN, UNKNOWN_SLIDING, best_beside, best_pair,
     bristles_beside, foremost, gain_below_open, leaves,
 };
+use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
 use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, sort};
 use super::look_again::{look_again, pair_again, pairs_again};
@@ -137,14 +138,14 @@ pub fn search(
         (search, concluded) = explaining;
     }
     if looks_again && concluded.kind == Kind::Unknown {
-        let pair = pair_again(&ground, &search)?;
-        if let Some(explaining) = explaining_with(&search, pair.into_iter().collect(), false) {
+        let pair = pair_again(&ground, &search)?.into_iter().collect();
+        if let Some(explaining) = explaining_with(&search, pair, false)? {
             (search, concluded) = explaining;
         }
     }
     if looks_again && concluded.kind == Kind::Unknown {
-        let pairs = pairs_again(&ground, &search, &catalogue)?;
-        if let Some(explaining) = explaining_with(&search, pairs, true) {
+        let pairs = pairs_again(&search, &catalogue)?;
+        if let Some(explaining) = explaining_with(&search, pairs, true)? {
             (search, concluded) = explaining;
         }
     }
@@ -168,21 +169,31 @@ fn explaining(search: Search) -> Option<(Search, Verdict)> {
     explains.then_some((search, verdict))
 }
 
-/// A search with these pairs, too, where there are any, and its verdict, where it explains.
+/// A search with these pairs, too, best first, where there are any, and with each effect of the best one alone from where it came out there; and
+/// its verdict, where it explains.
+///
+/// # Errors
+/// The friction model refuses the parameters.
 fn explaining_with(
     search: &Search,
     pairs: Vec<Hypothesis>,
     leaves_another: bool,
-) -> Option<(Search, Verdict)> {
-    if pairs.is_empty() {
-        return None;
-    }
+) -> Result<Option<(Search, Verdict)>, InputError> {
+    let Some(best) = pairs.first() else {
+        return Ok(None);
+    };
+    let alone = Pairs::of(search, &search.judge()).each_alone(best)?;
     let mut search = search.clone();
     search.leaves_another = leaves_another;
+    for one in alone {
+        search.single.retain(|h| h.ids() != one.ids());
+        search.single.push(one);
+    }
+    sort(&mut search.single);
     search.several.extend(pairs);
     sort(&mut search.several);
     search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();
-    explaining(search)
+    Ok(explaining(search))
 }
 
 /// What gains enough that its null is asked for.

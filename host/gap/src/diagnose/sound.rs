@@ -3,7 +3,7 @@
 //! Two findings may be what is sought, where the catalogue holds that effect: steps of the position are lost counts, and
 //! a standstill at an end of the travel is an end stop, which stays in.
 
-use super::lost::{Lost, Steps, mended};
+use super::lost::{LOST_COUNTS, Lost, Steps, mended};
 use crate::axis_file::AxisFile;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -94,6 +94,12 @@ pub(super) fn sound(
         }
         records.push(one.record);
     }
+    let mut lost = steps.lost(believed.unit);
+    let listed = catalogue.iter().any(|entry| entry.id == LOST_COUNTS);
+    // Steps that do not speak for it by themselves may be few of many: a fit of all shows that, and takes none out that it counts on.
+    if let Some(hardly) = lost.take_if(|lost| listed && !lost.is_shown()) {
+        records = hardly.as_recorded(&records);
+    }
     let drifts: Vec<f64> = logs
         .par_iter()
         .zip(&inspected)
@@ -103,7 +109,7 @@ pub(super) fn sound(
         records,
         notes,
         moves,
-        lost: steps.lost(believed.unit),
+        lost,
         drift_nm: (!drifts.is_empty()).then(|| rms(drifts)),
     })
 }

@@ -102,6 +102,11 @@ const WITHIN: f64 = 0.12;
 /// # Errors
 /// An effect that does not exist.
 pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
+    drawn_of(DRAWS, seed, wanted)
+}
+
+/// The same of so many axes and sets of experiments.
+fn drawn_of(draws: u64, seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
     let path = PathBuf::from(record::plant_name(seed));
     let entries = wanted
         .effects
@@ -116,7 +121,7 @@ pub fn draw(seed: u64, wanted: &Wanted) -> Result<Option<Trial>, InputError> {
             })
         })
         .collect::<Result<Vec<&'static Entry>, InputError>>()?;
-    for round in 0..DRAWS {
+    for round in 0..draws {
         let mut dice = Dice::new(seed, round);
         let needs = needs(&mut dice, &wanted.effects);
         let plant = Plant::draw(&mut dice, needs);

@@ -107,7 +107,7 @@ fn friction_lacks_what_the_effect_brings() {
 fn says_what_cannot_be_drawn() {
     // No usual size of a constant torque is a thousand times the noise.
     assert_eq!(
-        draw(1, &wanted(&["mechanics.offset"], 1e4))
+        drawn_of(3, 1, &wanted(&["mechanics.offset"], 1e4))
             .unwrap()
             .map(|_| ()),
         None
