@@ -51,3 +51,15 @@ fn a_limit_far_below_what_a_controller_asks_for_is_named() {
     let there = "actuator.saturation";
     names_alone(&drawn(18327, &[there]), &[there, "actuator.gain"], there);
 }
+
+#[test]
+fn few_moments_that_hold_a_regime_as_noise_are_explained() {
+    // A stop in a tenth of the nodes that hardly move, forty times what the others leave.
+    let there = "mechanics.end_stop";
+    let accused = [there, "disturbance.periodic", "friction.load"];
+    names_alone(&drawn(20171, &[there]), &accused, there);
+    // A limit that cuts three nodes of one log.
+    let there = "actuator.voltage_limit";
+    let accused = [there, "actuator.cogging", "disturbance.periodic"];
+    names_alone(&drawn(20126, &[there]), &accused, there);
+}

@@ -50,6 +50,11 @@ const BELIEVED: f64 = 0.5;
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
 
+/// Size that half of a Gaussian is below, in standard deviations.
+const MEDIAN_SIZE: f64 = 0.6745;
+/// A spread of so many times what is usual is that of a few moments: noise with tails as long as a Laplacian's has 1.4.
+const HELD_BY_FEW: f64 = 3.0;
+
 impl Noise {
     /// From what a fitted model leaves over. `stiffness_nm_rad` turns the encoder's error into torque in presliding.
     pub fn new(
@@ -336,6 +341,26 @@ impl Noise {
             .collect()
     }
 
+    /// The same by what is usual of this rest in the groups that a few moments hold as noise; none where there are no such groups.
+    pub fn weights_of_most(&self, nodes: &[Node], left_over: &[f64]) -> Option<Vec<f64>> {
+        let mut weights = self.weights(nodes);
+        let mut any = false;
+        for record in 0..self.groups.len() {
+            for regime in Regime::ALL {
+                let members = members(nodes, left_over, record, |of| of == regime);
+                let usual_nm = usual_size(&members);
+                let spread_nm = self.groups[record][regime as usize].spread_nm;
+                if usual_nm > 0.0 && spread_nm > HELD_BY_FEW * usual_nm {
+                    any = true;
+                    for (at, _) in members {
+                        weights[at] *= spread_nm / usual_nm;
+                    }
+                }
+            }
+        }
+        any.then_some(weights)
+    }
+
     /// Logarithm of the density of a rest while the axis moves, but for a constant that all rests of the same nodes share.
     /// At rest it says how far the bristles are bent, which the encoder tells too little of. Each group's
     /// spread is its own best one above the floor, so that no one has to know how large a model's error is.
@@ -379,6 +404,15 @@ impl Noise {
         let count = f64::max(count, 1.0);
         ((floor / count).sqrt(), (square / count).sqrt())
     }
+}
+
+/// Root-mean-square by the median of the sizes, as of a Gaussian.
+fn usual_size(members: &[(usize, f64)]) -> f64 {
+    let mut sizes: Vec<f64> = members.iter().map(|(_, r)| r.abs()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    sizes
+        .get(sizes.len() / 2)
+        .map_or(0.0, |middle| middle / MEDIAN_SIZE)
 }
 
 /// Root-mean-square without the largest hundredth.

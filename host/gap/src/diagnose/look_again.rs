@@ -79,16 +79,22 @@ pub(super) fn look_again(
         }
         found.push((at, one));
     }
+    // What did not come out before stands behind the others.
+    let tried = &first.tried;
+    let place = |id: &str| {
+        let place = tried.iter().position(|one| one.entry.id == id);
+        place.unwrap_or(tried.len())
+    };
     let play = catalogue.iter().find(|entry| entry.id == PLAY);
-    let mut best_first = order.iter().map(|&at| &first.tried[at]);
+    let mut best_first = order.iter().map(|&at| &tried[at]);
     let other = best_first.find(|one| springs(one.entry));
     if let (Some(&play), Some(other)) = (play, other) {
-        let place = |id: &str| first.tried.iter().position(|one| one.entry.id == id);
-        let coupling = place(COUPLING).map(|at| &first.tried[at]);
-        if let Some(one) = usual_play(&background, play, other, coupling)? {
-            found.push((place(PLAY).unwrap_or(first.tried.len()), one));
-        }
+        let coupling = tried.get(place(COUPLING));
+        let one = usual_play(&background, play, other, coupling)?;
+        found.extend(one.map(|one| (place(PLAY), one)));
     }
+    let few = again.in_few_moments(&first.fitted, catalogue)?;
+    found.extend(few.into_iter().map(|one| (place(one.entry.id), one)));
     let scored = found
         .into_iter()
         .map(|(at, one)| (score(&one.model, &one.fit), at, one));
@@ -117,7 +123,6 @@ pub(super) fn look_again(
     let mut tried = first.tried;
     let fit = fit_at(&with, records, &first.weights, fit.at)?;
     let model = with;
-    // A play that did not come out before stands behind them.
     tried.splice(at..tried.len().min(at + 1), [Tried { entry, model, fit }]);
     let (fitted, tried) = ground.refine(first.fitted, tried, &noise, &first.weights, &weights)?;
     Ok(Some(Round {
@@ -195,6 +200,28 @@ impl Again<'_> {
         let background = self.ground.background(self.weights, fitted);
         let screened = screen(&background, entries, &|_| ());
         fit_best(&background, &screened, entries.len(), true, |_, _| false)
+    }
+
+    /// The best of all effects by weights that the moments which hold a regime as noise have no part in.
+    fn in_few_moments(
+        &self,
+        fitted: &Fit,
+        catalogue: &[&'static Entry],
+    ) -> Result<Vec<Tried>, InputError> {
+        let &Ground {
+            records,
+            nodes,
+            model,
+            ..
+        } = self.ground;
+        let Some(weights) = self.noise.weights_of_most(nodes, &fitted.left_over) else {
+            return Ok(Vec::new());
+        };
+        let fitted = fit_at(model, records, &weights, fitted.at.clone())?;
+        let background = self.ground.background(&weights, &fitted);
+        let entries: Vec<&'static Entry> = fitted_ones(catalogue).collect();
+        let screened = screen(&background, &entries, &|_| ());
+        fit_best(&background, &screened, LOOKED_AT, false, |_, _| false)
     }
 
     /// A fit looked at again.
