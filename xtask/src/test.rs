@@ -32,7 +32,7 @@ pub fn run() -> bool {
             }
         });
         // What does not build is said once more where it is tested.
-        let _ = test().args(["--no-run", "--quiet"]).status();
+        let _ = test().arg("--no-run").status();
         built.join().expect("building does not panic")
     });
     let mut cargo = test();
