@@ -44,6 +44,16 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
+/// Root of the mean square of a Gaussian by the median of its `sizes`, which a few that are far off do not move; zero for nothing.
+pub fn rms_by_median(sizes: &mut [f64]) -> f64 {
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    // Half of a normal distribution lies within 0.6745.
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+}
+
 /// Root mean square of what is left of a whole once an independent part of it is gone; zero where the part is larger.
 pub fn rms_beside(whole: f64, part: f64) -> f64 {
     (whole * whole - part * part).max(0.0).sqrt()

@@ -236,6 +236,15 @@ fn log_prior(model: &Model, at: &[f64], of: impl Fn(&Free) -> bool) -> f64 {
         .sum()
 }
 
+/// Puts each of these effects alone in its place among all, best first.
+pub(super) fn replace_alone(single: &mut Vec<Hypothesis>, better: Vec<Hypothesis>) {
+    for alone in better {
+        single.retain(|h| h.ids() != alone.ids());
+        single.push(alone);
+    }
+    sort(single);
+}
+
 /// Hypotheses by their evidence, best first.
 pub(super) fn sort(hypotheses: &mut [Hypothesis]) {
     hypotheses.sort_by(|a, b| b.log_evidence().total_cmp(&a.log_evidence()));

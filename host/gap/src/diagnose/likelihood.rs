@@ -5,7 +5,7 @@ use super::regime::{Node, Regime, members};
 use super::tone::toneless;
 use super::white_noise::{BLOCK_S, coloured_noise, difference_noise};
 use crate::inverse::Record;
-use crate::signal::{rms, rms_beside};
+use crate::signal::{rms, rms_beside, rms_by_median};
 
 /// The noise of a record in a regime.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,8 +50,6 @@ const BELIEVED: f64 = 0.5;
 /// Error of a bristle deflection in counts: quantisation, which at rest does not average out.
 const COUNT_ERROR: f64 = 0.3;
 
-/// Size that half of a Gaussian is below, in standard deviations.
-const MEDIAN_SIZE: f64 = 0.6745;
 /// A spread of so many times what is usual is that of a few moments: noise with tails as long as a Laplacian's has 1.4.
 const HELD_BY_FEW: f64 = 3.0;
 
@@ -348,8 +346,9 @@ impl Noise {
         for record in 0..self.groups.len() {
             for regime in Regime::ALL {
                 let members = members(nodes, left_over, record, |of| of == regime);
-                let usual_nm = usual_size(&members);
-                let spread_nm = self.groups[record][regime as usize].spread_nm;
+                let mut sizes_nm: Vec<f64> = members.iter().map(|(_, r)| r.abs()).collect();
+                let usual_nm = rms_by_median(&mut sizes_nm);
+                let spread_nm = self.of(record, regime).spread_nm;
                 if usual_nm > 0.0 && spread_nm > HELD_BY_FEW * usual_nm {
                     any = true;
                     for (at, _) in members {
@@ -404,15 +403,6 @@ impl Noise {
         let count = f64::max(count, 1.0);
         ((floor / count).sqrt(), (square / count).sqrt())
     }
-}
-
-/// Root-mean-square by the median of the sizes, as of a Gaussian.
-fn usual_size(members: &[(usize, f64)]) -> f64 {
-    let mut sizes: Vec<f64> = members.iter().map(|(_, r)| r.abs()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    sizes
-        .get(sizes.len() / 2)
-        .map_or(0.0, |middle| middle / MEDIAN_SIZE)
 }
 
 /// Root-mean-square without the largest hundredth.

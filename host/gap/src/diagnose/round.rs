@@ -4,7 +4,9 @@ use super::accuse::{ACCUSES, NOTHING, leaves};
 use super::beside::Pairs;
 use super::bristles::fit_bristles;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief, sort};
+use super::hypothesis::{
+    Hypothesis, Judge, fitted_ones, is_without_noise, log_belief, replace_alone, sort,
+};
 use super::likelihood::Noise;
 use super::own::Own;
 use super::screen::Tried;
@@ -120,11 +122,7 @@ impl Round {
             self.settle(ground, &noise, &mut better)?;
             better.retain(|one| !one.takes_noise_off(records));
             let before = first.log_evidence();
-            for alone in better {
-                single.retain(|h| h.added[0].id != alone.added[0].id);
-                single.push(alone);
-            }
-            sort(&mut single);
+            replace_alone(&mut single, better);
             if single[0].log_evidence() - before < ACCUSES {
                 break;
             }

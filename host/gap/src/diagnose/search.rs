@@ -6,7 +6,7 @@ use super::accuse::{
 };
 use super::beside::Pairs;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, sort};
+use super::hypothesis::{Hypothesis, fitted_ones, is_predicted, of_noise, replace_alone, sort};
 use super::look_again::{look_again, pair_again, pairs_again};
 use super::null::nulls;
 use super::own::Own;
@@ -185,11 +185,7 @@ fn explaining_with(
     let alone = Pairs::of(search, &search.judge()).each_alone(best)?;
     let mut search = search.clone();
     search.leaves_another = leaves_another;
-    for one in alone {
-        search.single.retain(|h| h.ids() != one.ids());
-        search.single.push(one);
-    }
-    sort(&mut search.single);
+    replace_alone(&mut search.single, alone);
     search.several.extend(pairs);
     sort(&mut search.several);
     search.nulls = nulls(&search, &accusable(&search)).unwrap_or_default();

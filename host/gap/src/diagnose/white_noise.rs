@@ -1,5 +1,6 @@
 //! How large the noise in a rest is, from differences of nodes: what a model lacks changes more slowly, or not all the time.
 
+use crate::signal::rms_by_median;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Blocks in which noise is looked at, s.
@@ -16,7 +17,7 @@ pub(super) fn difference_noise(members: &[(usize, f64)]) -> f64 {
         .filter(|pair| pair[1].0 == pair[0].0 + 1)
         .map(|pair| (pair[1].1 - pair[0].1).abs())
         .collect();
-    median(&mut differences) / 0.6745 / 2.0_f64.sqrt()
+    rms_by_median(&mut differences) / 2.0_f64.sqrt()
 }
 
 /// White noise of nodes so long apart that follow each other, as in quiet blocks; nothing where there are too few.
@@ -55,12 +56,4 @@ pub(super) fn coloured_noise(members: &[(usize, f64)], apart: usize, block: usiz
 fn quiet_one(count: usize, apart: usize) -> f64 {
     let freedom = 0.52 * count as f64 / apart as f64;
     ChiSquared::new(freedom).map_or(1.0, |squares| squares.inverse_cdf(QUIET) / freedom)
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -4,7 +4,7 @@
 //! taken whose estimate does not contradict the narrower ones: intersection of confidence intervals, Goldenshluger and
 //! Nemirovski 1997, Math. Methods Stat. 6; Katkovnik 1999, IEEE Trans. Signal Process. 47.
 
-use crate::signal::zero_phase;
+use crate::signal::{rms_by_median, zero_phase};
 
 /// Longest half window, s.
 const LONGEST_S: f64 = 0.016;
@@ -33,13 +33,8 @@ pub fn position_noise_rad(position_rad: &[f64], rad_per_count: f64) -> f64 {
         .map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs())
         .collect();
     let quantisation = rad_per_count / 12.0_f64.sqrt();
-    if third.is_empty() {
-        return quantisation;
-    }
-    let middle = third.len() / 2;
-    let median = *third.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // A third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance; 0.6745 is the normal median.
-    quantisation.max(median / 0.6745 / 20.0_f64.sqrt())
+    // A third difference of white noise has 1 + 9 + 9 + 1 = 20 times its variance.
+    quantisation.max(rms_by_median(&mut third) / 20.0_f64.sqrt())
 }
 
 /// The shortest path along a position that is read in counts, each from its lower edge on: the true position lies between

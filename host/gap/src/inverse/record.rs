@@ -7,7 +7,7 @@ use crate::believed::Believed;
 use crate::error::InputError;
 use crate::log::{EffortKind, Log};
 use crate::sensor::{Shown, shown};
-use crate::signal::{interpolate, means, rms};
+use crate::signal::{interpolate, means, rms, rms_by_median};
 use bristle_plant::drive::DriveConfig;
 use std::ops::Range;
 
@@ -355,11 +355,7 @@ fn effort_noise_nm(stretches: &[Stretch]) -> f64 {
         .flat_map(|stretch| stretch.effort_nm.windows(3))
         .map(|u| (u[2] - 2.0 * u[1] + u[0]).abs())
         .collect();
-    let middle = second.len() / 2;
-    if second.is_empty() {
-        return 0.0;
-    }
-    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 6.0_f64.sqrt()
+    rms_by_median(&mut second) / 6.0_f64.sqrt()
 }
 
 /// The shortest kernel that keeps the acceleration's noise down.
