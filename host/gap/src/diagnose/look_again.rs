@@ -86,8 +86,8 @@ pub(super) fn look_again(
         place.unwrap_or(tried.len())
     };
     let play = catalogue.iter().find(|entry| entry.id == PLAY);
-    let mut best_first = order.iter().map(|&at| &tried[at]);
-    let other = best_first.find(|one| springs(one.entry));
+    let springs = tried.iter().filter(|one| springs(one.entry));
+    let other = springs.min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
     if let (Some(&play), Some(other)) = (play, other) {
         let coupling = tried.get(place(COUPLING));
         let one = usual_play(&background, play, other, coupling)?;

@@ -4,11 +4,11 @@
 use super::candidate::Background;
 use super::fitted_noise::{noise_of, noisy_twins};
 use super::hypothesis::{Hypothesis, Judge};
-use super::play::PLAY;
+use super::play::{PLAY, corrected};
 use super::screen::{Tried, fit_best, screen};
 use super::tried::{Null, Search};
 use crate::error::InputError;
-use crate::inverse::{fit, fit_at};
+use crate::inverse::{STANDS_STILL, fit, fit_at};
 use bristle_plant::effect::Entry;
 
 /// What these effects gain on such records.
@@ -30,15 +30,24 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
     let plain = fit(&base.model, &twins, &weights, plain.at)?;
     let background = Background::new(&base.model, &twins, &nodes, &search.scale, &weights, &plain);
     // A play's null follows its load as the play's own fit does.
-    let of_play = |h: &Hypothesis| h.ids().contains(&PLAY) && h.model.corrects.is_some();
-    let corrects = search.single.iter().chain(&search.several).any(of_play);
-    let found = fit_best(
+    let fitted = search.single.iter().chain(&search.several);
+    let mut plays = fitted.filter(|h| h.ids().contains(&PLAY));
+    let corrects = plays.find_map(|play| play.model.corrects);
+    let mut found = fit_best(
         &background,
         &screen(&background, entries, &|_| ()),
         entries.len(),
-        corrects,
+        corrects.is_some(),
         |_, entry| background.never_zero(entry),
     )?;
+    if let Some(play) = found
+        .iter_mut()
+        .find(|one| one.entry.id == PLAY && one.model.corrects != corrects)
+        && let Some(corrects) = corrects
+        && let Some((model, fit)) = corrected(&background, play, corrects, STANDS_STILL)?
+    {
+        (play.model, play.fit) = (model, fit);
+    }
     let judge = Judge {
         records: &twins,
         nodes: &nodes,

@@ -6,7 +6,7 @@ use super::coupling::COUPLING;
 use super::other_couplings::spring_of_play;
 use super::screen::Tried;
 use crate::error::InputError;
-use crate::inverse::{Fit, Model, PROMISES, STANDS_STILL, fit_near_until, is_corrected};
+use crate::inverse::{Corrects, Fit, Model, PROMISES, STANDS_STILL, fit_near_until};
 use bristle_plant::effect::{ALL, Coupling, Entry};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -28,9 +28,9 @@ pub(super) const BRINGS: (f64, f64) = (16.0, 0.1);
 
 /// Damping ratio that a correction gives the errors of the load behind a play. Of two opened ones 0.2 left 2.2 and 1.2 times as many squares, 1.5, by which
 /// it follows noise, 1.7 and 7 times as many.
-pub(super) const OF_PLAY: f64 = 0.6;
+pub(super) const OF_PLAY: Corrects = Corrects::ByBalance(0.6);
 /// The same of a coupling: more follows whatever swings about as fast.
-const OF_COUPLING: f64 = 0.1;
+const OF_COUPLING: Corrects = Corrects::ByBalance(0.1);
 
 /// Another effect that takes away so many times as much as the coupling, and leaves that part of what the coupling leaves, is no play: with
 /// one the coupling fits better than what has neither.
@@ -233,14 +233,14 @@ pub(super) fn corrected_coupling(
 pub(super) fn corrected(
     background: &Background<'_>,
     open: &Tried,
-    damping_ratio: f64,
+    corrects: Corrects,
     stands_still: f64,
 ) -> Result<Option<(Model, Fit)>, InputError> {
-    if !may_be_corrected(background, &open.model) {
+    if !may_be_corrected(background, &open.model, corrects) {
         return Ok(None);
     }
     let mut model = open.model.clone();
-    model.corrects = Some(damping_ratio);
+    model.corrects = Some(corrects);
     let (records, weights) = (background.records, background.weights);
     let (from, known) = (open.fit.at.clone(), &background.fit.jacobian);
     let fit = fit_near_until(stands_still, &model, records, weights, from, known)?;
@@ -248,13 +248,17 @@ pub(super) fn corrected(
     Ok(better.then_some((model, fit)))
 }
 
-/// Whether the last effect of a model puts a load behind a coupling that [may be](is_corrected) corrected.
-pub(super) fn may_be_corrected(background: &Background<'_>, model: &Model) -> bool {
+/// Whether the last effect of a model puts a load behind a coupling that this [corrects](Corrects::applies).
+pub(super) fn may_be_corrected(
+    background: &Background<'_>,
+    model: &Model,
+    corrects: Corrects,
+) -> bool {
     let inertia_kg_m2 = model.believed.whole_inertia_kg_m2();
     model.effects.last().is_some_and(|added| {
         let effect = (added.entry.build)(&added.values, background.scale.unit);
         let coupling = effect.coupling(inertia_kg_m2);
-        coupling.is_some_and(|coupling| is_corrected(&coupling))
+        coupling.is_some_and(|coupling| corrects.applies(&coupling))
     })
 }
 

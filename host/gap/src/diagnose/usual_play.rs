@@ -6,7 +6,7 @@ use super::play::{BRINGS, OF_PLAY, PLAY, corrected, descended, may_be_corrected}
 use super::screen::Tried;
 use super::starts::levels;
 use crate::error::InputError;
-use crate::inverse::{PROMISES, cost_at, fit_alone, fit_roughly};
+use crate::inverse::{Corrects, PROMISES, cost_at, fit_alone, fit_roughly};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 
@@ -17,8 +17,10 @@ const SHARES: [f64; 3] = [0.15, 0.35, 0.6];
 const DAMPING: [f64; 2] = [0.05, 0.3];
 /// Sizes once more about the best one, in times of it: dips are as narrow as that.
 const CLOSE: [f64; 4] = [0.75, 0.87, 1.15, 1.32];
-/// So many dips are fitted.
-const FITTED: usize = 4;
+/// What corrects the load, where it does that; else nothing.
+const WAYS: [Corrects; 2] = [OF_PLAY, Corrects::ByMotor];
+/// So many dips of each are fitted.
+const FITTED: usize = 3;
 
 /// A play of some size in the shape that does best.
 struct Shaped {
@@ -40,24 +42,24 @@ pub(super) fn usual_play(
     coupling: Option<&Tried>,
 ) -> Result<Option<Tried>, InputError> {
     let (records, weights) = (background.records, background.weights);
-    let fitted = dips(background, entry, other)?
-        .into_par_iter()
-        .map(|Beside { model, at }| {
-            let rough = fit_roughly(&model, records, weights, at)?;
-            let near = descended(background, &model, rough.at)?;
-            let fit = fit_alone(&model, records, weights, near)?;
-            Ok(Tried { entry, model, fit })
-        });
+    let dips = WAYS.map(|corrects| dips(background, entry, other, corrects));
+    let dips: Vec<Vec<Beside>> = dips.into_iter().collect::<Result<_, InputError>>()?;
+    let fitted = dips.into_par_iter().flatten().map(|Beside { model, at }| {
+        let rough = fit_roughly(&model, records, weights, at)?;
+        let near = descended(background, &model, rough.at)?;
+        let fit = fit_alone(&model, records, weights, near)?;
+        Ok(Tried { entry, model, fit })
+    });
     let fitted = fitted.collect::<Result<Vec<Tried>, InputError>>()?;
     let nearest = fitted
         .into_iter()
-        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
-        .filter(|play| !play.model.ends_at_limit(&play.fit.at));
+        .filter(|play| !play.model.ends_at_limit(&play.fit.at))
+        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
     let Some(play) = nearest else {
         return Ok(None);
     };
     let without_play = match (coupling, play.model.corrects) {
-        (Some(open), Some(damping_ratio)) => corrected(background, open, damping_ratio, PROMISES)?
+        (Some(open), Some(corrects)) => corrected(background, open, corrects, PROMISES)?
             .map_or(open.fit.cost, |(_, fit)| fit.cost),
         (Some(open), None) => open.fit.cost,
         (None, _) => f64::INFINITY,
@@ -65,7 +67,7 @@ pub(super) fn usual_play(
     Ok((play.fit.cost < without_play - BRINGS.0).then_some(play))
 }
 
-/// Where the cost is least over the size of a play, best first.
+/// Where the cost is least over the size of a play whose load is corrected so, best first.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -73,24 +75,27 @@ fn dips(
     background: &Background<'_>,
     entry: &'static Entry,
     other: &Tried,
+    corrects: Corrects,
 ) -> Result<Vec<Beside>, InputError> {
     let point = other.model.at(&other.fit.at);
     let values = point.effects().last().map(|added| &added.values[..]);
-    let Some(&[first, .., on_motor]) = values else {
+    let Some(&[first, ..]) = values else {
         return Ok(Vec::new());
     };
     let usual = |parameter: usize| (entry.parameters[parameter].range)(background.scale);
-    let (sizes, resonances_hz) = (usual(0), usual(2));
+    let (sizes, resonances_hz, on_motor) = (usual(0), usual(2), usual(4));
     let shaped = |gap: f64| {
         let shapes = levels(resonances_hz, RESONANCES).flat_map(|resonance_hz| {
             SHARES.into_iter().flat_map(move |share| {
-                DAMPING.map(|damping_ratio| vec![gap, share, resonance_hz, damping_ratio, on_motor])
+                DAMPING.into_iter().flat_map(move |damping_ratio| {
+                    on_motor.map(|side| vec![gap, share, resonance_hz, damping_ratio, side])
+                })
             })
         });
         let tried = shapes.map(|values| {
             let mut play = Beside::new(background, entry, values, other);
-            let corrects = may_be_corrected(background, &play.model);
-            play.model.corrects = Some(OF_PLAY).filter(|_| corrects);
+            let applies = may_be_corrected(background, &play.model, corrects);
+            play.model.corrects = Some(corrects).filter(|_| applies);
             let (records, weights) = (background.records, background.weights);
             let cost = cost_at(&play.model, records, weights, play.at.clone())?;
             Ok(Shaped { gap, cost, play })

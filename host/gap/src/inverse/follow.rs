@@ -3,7 +3,7 @@
 //! Friction states, effects and a second inertia are driven by what the encoder saw, so that an error of one moment is
 //! not carried into the next, and an evaluation costs one pass over the record.
 
-use super::load::Load;
+use super::load::{Corrects, Load};
 use super::record::{Record, Stretch};
 use crate::signal::extent;
 use bristle_plant::affected::{Affected, changed};
@@ -38,8 +38,8 @@ pub struct Running {
     pub times: f64,
     /// Speed that noise on the rotor gives bristles which drift under it, rms, rad/s.
     pub shaken_rad_s: f64,
-    /// Damping ratio that a correction by what the balance lacks gives the errors of a load, where it corrects it.
-    pub corrects: Option<f64>,
+    /// What corrects a load behind a spring.
+    pub corrects: Option<Corrects>,
 }
 
 /// Effort on its way to the axis: through the recorder's skew, and through the drive where it is a reference.
@@ -210,6 +210,7 @@ pub fn left_over(
             held_nm,
             step_s,
             running.corrects,
+            [smooth[0], velocity[0]],
         )
     });
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));
@@ -226,6 +227,7 @@ pub fn left_over(
     let mut interval_before: Option<(f64, f64)> = None;
     let mut before_rad_s = 0.0;
     let mut felt_nm: Option<f64> = None;
+    let mut before_nm = stretch.effort_nm[0];
     let still_felt = (-step_s / FELT_S).exp();
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
@@ -269,8 +271,13 @@ pub fn left_over(
         let motor_rad_s2 = edge_rad_s
             .as_ref()
             .map_or(acceleration, |v| (v[k + 1] - v[k]) / step_s);
+        let driven_rad_s2 = |load: &Load| {
+            let rubs_nm = if on_motor { before_nm } else { 0.0 };
+            load.driven_rad_s2(torque - rubs_nm, [smooth[k], velocity[k]], motor_rad_s2)
+        };
+        let driven_rad_s2 = load.as_ref().map_or(motor_rad_s2, driven_rad_s2);
         if let Some(load) = load.as_mut().filter(|_| on_motor) {
-            torque -= load.advance(&now, motor_rad_s2, |_, _| 0.0);
+            torque -= load.advance(&now, driven_rad_s2, motor_rad_s2, |_, _| 0.0);
             now.motion.load_position_rad = position_rad;
             now.motion.load_velocity_rad_s = v;
         }
@@ -290,7 +297,7 @@ pub fn left_over(
             }
             changed(&mut running.effects, &now, own_nm)
         } else if let Some(load) = load.as_mut().filter(|_| !on_motor) {
-            load.advance(&now, motor_rad_s2, |now, applied_nm| {
+            load.advance(&now, driven_rad_s2, motor_rad_s2, |now, applied_nm| {
                 contact.step(&mut running.effects, now, applied_nm)
             })
         } else {
@@ -300,8 +307,9 @@ pub fn left_over(
         if let Some(stiffness) = running.stiffness_nm_rad.filter(|_| shakes_rad_s > 0.0) {
             contact.slip(shakes_rad_s * step_s, v, stiffness);
         }
-        let before_nm = felt_nm.unwrap_or(opposed);
-        felt_nm = Some(opposed + still_felt * (before_nm - opposed));
+        let felt_before_nm = felt_nm.unwrap_or(opposed);
+        felt_nm = Some(opposed + still_felt * (felt_before_nm - opposed));
+        before_nm = opposed;
         let balance = torque - opposed;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];

@@ -5,18 +5,40 @@ use bristle_plant::effect::{Coupling, Instant};
 /// Steps of a load within a sample: a step is exact but for friction, which a load that follows faster than this hardly changes.
 const MOST_STEPS: f64 = 10.0;
 
-/// Whether what the balance lacks may correct the load behind a coupling: when a load meets the next flank of a play, or slips, is as wrong as all that it
-/// did before, and one that swings undamped keeps its errors for as long. One that nothing rubs floats in its gap, and no balance tells where.
-pub fn is_corrected(coupling: &Coupling) -> bool {
-    coupling.gap_rad == 0.0 || !coupling.friction_on_motor
+/// What keeps a load behind a spring from where the errors of all that it did before take it: when it meets the next flank of a play, or slips, is as wrong
+/// as that, and one that swings undamped keeps its errors for as long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Corrects {
+    /// A part of what the balance lacks is taken for torque of the coupling, which gives its errors this damping ratio.
+    ByBalance(f64),
+    /// The model moves the motor, too, and leads it along the measured motion: the noise of a measured one is flanks that shake, which pump a load that
+    /// hardly anything damps.
+    ByMotor,
 }
 
+impl Corrects {
+    /// Whether it tells anything of a load behind a coupling. One that nothing rubs floats in its gap, and no balance says where.
+    pub fn applies(self, coupling: &Coupling) -> bool {
+        match self {
+            Self::ByBalance(_) => coupling.gap_rad == 0.0 || !coupling.friction_on_motor,
+            Self::ByMotor => true,
+        }
+    }
+}
+
+/// Bandwidth of what leads a motor along the measured motion, rad/s: with 125 the noise of that moves it more, and true values of five of seven opened plays
+/// left as much or more.
+const LEADS: f64 = 60.0;
+
 /// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
-/// e'' = a + F/J_l - (k e + d e')/J_l, without k and d inside the play. A step is exact for constant a and F, so that a
+/// e'' = a + F/J_l - (k e + d e')/J_l, without k and d inside the play; where the model moves the motor, with the motor's acceleration
+/// but for the coupling as a, and both inertias against each other in the last term. A step is exact for constant a and F, so that a
 /// stiff coupling is none.
 pub(super) struct Load {
     coupling: Coupling,
     inertia_kg_m2: f64,
+    /// What swings on the coupling: the load where the motor moves as measured, else both against each other.
+    swings_kg_m2: f64,
     /// Of the motor ahead of it, rad, and its rate, rad/s.
     pub(super) twist_rad: f64,
     pub(super) twisting_rad_s: f64,
@@ -28,6 +50,16 @@ pub(super) struct Load {
     /// A step of the motor, and the part of what the balance lacks by which it corrects the load.
     sample: Stride,
     corrected_part: Option<f64>,
+    /// Where the model moves the motor itself.
+    motor: Option<Motor>,
+}
+
+/// The motor before a load, [as the model moves it](Corrects::ByMotor).
+#[derive(Clone, Copy)]
+struct Motor {
+    inertia_kg_m2: f64,
+    position_rad: f64,
+    velocity_rad_s: f64,
 }
 
 /// A stretch of time that a load moves on by.
@@ -38,20 +70,30 @@ struct Stride {
 }
 
 impl Load {
-    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. `corrects` is the
-    /// damping ratio that a correction gives its errors, where it [may be](is_corrected) corrected.
+    /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. The motor is
+    /// at this position and velocity.
     pub(super) fn new(
         coupling: Coupling,
         inertia: f64,
         bristles_nm_rad: f64,
         held_nm: f64,
         step_s: f64,
-        corrects: Option<f64>,
+        corrects: Option<Corrects>,
+        [position_rad, velocity_rad_s]: [f64; 2],
     ) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
-        let natural_2 = coupling.stiffness_nm_rad / inertia_kg_m2;
+        let corrects = corrects.filter(|corrects| corrects.applies(&coupling));
+        let motor = (corrects == Some(Corrects::ByMotor)).then_some(Motor {
+            inertia_kg_m2: inertia * (1.0 - Coupling::simulated(coupling.load_share)),
+            position_rad,
+            velocity_rad_s,
+        });
+        let swings_kg_m2 = motor.map_or(inertia_kg_m2, |_| {
+            Coupling::reduced_kg_m2(inertia, coupling.load_share)
+        });
+        let natural_2 = coupling.stiffness_nm_rad / swings_kg_m2;
         let held_2 = natural_2 + bristles_nm_rad / inertia_kg_m2;
-        let loss = 0.5 * coupling.damping_nm_s_rad / inertia_kg_m2;
+        let loss = 0.5 * coupling.damping_nm_s_rad / swings_kg_m2;
         // Half a radian a step lets friction follow, and tells when flanks meet. Without either a step of any length is exact.
         let steps = if coupling.friction_on_motor && coupling.gap_rad == 0.0 {
             1.0
@@ -71,6 +113,8 @@ impl Load {
         Self {
             coupling,
             inertia_kg_m2,
+            swings_kg_m2,
+            motor,
             twist_rad: held_nm / coupling.stiffness_nm_rad
                 + 0.5 * coupling.gap_rad.copysign(held_nm),
             twisting_rad_s: 0.0,
@@ -79,9 +123,12 @@ impl Load {
             half: stride(0.5 * dt_s),
             whole: stride(dt_s),
             sample: stride(step_s),
-            corrected_part: corrects
-                .filter(|_| is_corrected(&coupling))
-                .map(|damping_ratio| corrected_part(damping_ratio, natural_2.sqrt() * step_s)),
+            corrected_part: match corrects {
+                Some(Corrects::ByBalance(damping_ratio)) => {
+                    Some(corrected_part(damping_ratio, natural_2.sqrt() * step_s))
+                }
+                Some(Corrects::ByMotor) | None => None,
+            },
         }
     }
 
@@ -99,26 +146,52 @@ impl Load {
         }
     }
 
+    /// What drives the twist where the motor is led: its acceleration but for the coupling, by the torque that is on it and by what leads it to where it was
+    /// measured, rad/s^2; else that of the measured motion.
+    pub(super) fn driven_rad_s2(
+        &self,
+        net_nm: f64,
+        [position_rad, velocity_rad_s]: [f64; 2],
+        motor_rad_s2: f64,
+    ) -> f64 {
+        self.motor.map_or(motor_rad_s2, |motor| {
+            let leads_rad_s2 = LEADS * LEADS * (position_rad - motor.position_rad)
+                + 2.0 * LEADS * (velocity_rad_s - motor.velocity_rad_s);
+            let whole_kg_m2 = motor.inertia_kg_m2 + self.inertia_kg_m2;
+            (net_nm + whole_kg_m2 * leads_rad_s2) / motor.inertia_kg_m2
+        })
+    }
+
     /// Moves on by a step of the motor and gives the mean torque of the coupling on the motor, less what accelerates the
     /// load as the motor accelerates: the balance counts that as measured.
     pub(super) fn advance(
         &mut self,
         now: &Instant,
+        driven_rad_s2: f64,
         motor_rad_s2: f64,
         mut friction: impl FnMut(&Instant, f64) -> f64,
     ) -> f64 {
         let mut now = *now;
         let dt_s = self.whole.dt_s;
         now.step_s = dt_s;
-        let (motor_rad, motor_rad_s) = (now.motion.position_rad, now.motion.velocity_rad_s);
+        let measured = [now.motion.position_rad, now.motion.velocity_rad_s];
         let mut sum = 0.0;
         for step in 0..self.steps {
             let flank = self.flank();
             let before = [self.twist_rad, self.twisting_rad_s];
-            let middle = self.moved(before, flank, motor_rad_s2, &self.half);
+            let middle = self.moved(before, flank, driven_rad_s2, &self.half);
             let off_s = (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps)) * dt_s;
-            let velocity_rad_s = motor_rad_s + motor_rad_s2 * off_s;
-            now.motion.load_position_rad = motor_rad + motor_rad_s * off_s - middle[0];
+            let [position_rad, velocity_rad_s] = match self.motor {
+                Some(motor) => [
+                    motor.position_rad + 0.5 * dt_s * motor.velocity_rad_s,
+                    motor.velocity_rad_s,
+                ],
+                None => [
+                    measured[0] + measured[1] * off_s,
+                    measured[1] + motor_rad_s2 * off_s,
+                ],
+            };
+            now.motion.load_position_rad = position_rad - middle[0];
             now.motion.load_velocity_rad_s = velocity_rad_s - middle[1];
             let torque = flank.map_or(0.0, |flank| {
                 self.coupling.stiffness_nm_rad * (middle[0] - flank)
@@ -127,10 +200,20 @@ impl Load {
             let opposed = friction(&now, torque);
             self.opposed_nm = opposed;
             [self.twist_rad, self.twisting_rad_s] =
-                self.moved(before, flank, motor_rad_s2, &self.whole);
+                self.moved(before, flank, driven_rad_s2, &self.whole);
             let load_rad_s = velocity_rad_s - self.twisting_rad_s;
             if now.motion.load_velocity_rad_s * load_rad_s < 0.0 && torque.abs() <= opposed.abs() {
                 self.twisting_rad_s = velocity_rad_s;
+            }
+            if let Some(motor) = &mut self.motor {
+                let twists_rad_s2 = (self.twisting_rad_s - before[1]) / dt_s;
+                let on_load_rad_s2 = opposed / self.inertia_kg_m2;
+                let coupled_nm =
+                    self.swings_kg_m2 * (driven_rad_s2 + on_load_rad_s2 - twists_rad_s2);
+                let accelerates_rad_s2 = driven_rad_s2 - coupled_nm / motor.inertia_kg_m2;
+                motor.position_rad +=
+                    (motor.velocity_rad_s + 0.5 * dt_s * accelerates_rad_s2) * dt_s;
+                motor.velocity_rad_s += accelerates_rad_s2 * dt_s;
             }
             sum += opposed - self.inertia_kg_m2 * (self.twisting_rad_s - before[1]) / dt_s;
         }
@@ -154,7 +237,7 @@ impl Load {
     ) -> [f64; 2] {
         let drives = motor_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
         if let Some(flank) = flank {
-            let rests = flank + drives * self.inertia_kg_m2 / self.coupling.stiffness_nm_rad;
+            let rests = flank + drives * self.swings_kg_m2 / self.coupling.stiffness_nm_rad;
             let [of_twist, of_rate] = stride.kept;
             let twist = twist - rests;
             [
@@ -213,7 +296,17 @@ mod tests {
             step_s,
             ..Instant::default()
         };
-        let new = || Load::new(coupling, inertia_kg_m2, 0.0, 0.1, step_s, Some(0.6));
+        let new = || {
+            Load::new(
+                coupling,
+                inertia_kg_m2,
+                0.0,
+                0.1,
+                step_s,
+                Some(Corrects::ByBalance(0.6)),
+                [0.0; 2],
+            )
+        };
         let (mut is, mut taken) = (new(), new());
         let off_rad = 0.2 * (is.twist_rad - 0.5 * coupling.gap_rad);
         taken.twist_rad += off_rad;
@@ -221,7 +314,7 @@ mod tests {
         let mut before_nm = None;
         for _ in 0..(5.0 / (natural_rad_s * step_s)) as usize {
             let [is_nm, taken_nm] = [&mut is, &mut taken]
-                .map(|load| load.advance(&now, accelerates_rad_s2, |_, _| 0.0));
+                .map(|load| load.advance(&now, accelerates_rad_s2, accelerates_rad_s2, |_, _| 0.0));
             let lacks_nm = is_nm - taken_nm;
             if let Some(before_nm) = before_nm.replace(lacks_nm).filter(|_| corrects) {
                 taken.correct(0.5 * (before_nm + lacks_nm));
@@ -229,6 +322,60 @@ mod tests {
         }
         let rate = (is.twisting_rad_s - taken.twisting_rad_s) / natural_rad_s;
         (is.twist_rad - taken.twist_rad).hypot(rate) / off_rad
+    }
+
+    /// Speed to which a shaking motor pumps a load that floats in a play, in times of that of its shaking.
+    fn pumped_times(corrects: Option<Corrects>) -> f64 {
+        let (step_s, inertia_kg_m2, gap_rad): (f64, f64, f64) = (1e-3, 1e-3, 1e-3);
+        let (load_share, natural_rad_s) = (0.5, 700.0);
+        let load_kg_m2 = load_share * inertia_kg_m2;
+        let coupling = Coupling {
+            load_share,
+            stiffness_nm_rad: natural_rad_s * natural_rad_s * load_kg_m2,
+            damping_nm_s_rad: 0.02 * natural_rad_s * load_kg_m2,
+            gap_rad,
+            friction_on_motor: true,
+        };
+        let mut load = Load::new(
+            coupling,
+            inertia_kg_m2,
+            0.0,
+            0.0,
+            step_s,
+            corrects,
+            [0.0; 2],
+        );
+        load.twist_rad = 0.5 * gap_rad;
+        let now = Instant {
+            step_s,
+            ..Instant::default()
+        };
+        // Each sample is off by 0.1 of the play to one side or the other.
+        let off_rad = |k: u32| match k {
+            0 => 0.0,
+            _ => 0.1 * gap_rad * [1.0, -1.0][(k.wrapping_mul(2_654_435_761) >> 31) as usize],
+        };
+        let (mut before_rad_s, mut fastest_rad_s) = (0.0, 0.0_f64);
+        for k in 0..4000 {
+            let velocity_rad_s = (off_rad(k + 1) - off_rad(k)) / step_s;
+            let motor_rad_s2 = (velocity_rad_s - before_rad_s) / step_s;
+            before_rad_s = velocity_rad_s;
+            let driven_rad_s2 = load.driven_rad_s2(0.0, [off_rad(k), 0.0], motor_rad_s2);
+            load.advance(&now, driven_rad_s2, motor_rad_s2, |_, _| 0.0);
+            let motor_rad_s = load
+                .motor
+                .map_or(velocity_rad_s, |motor| motor.velocity_rad_s);
+            fastest_rad_s = fastest_rad_s.max((motor_rad_s - load.twisting_rad_s).abs());
+        }
+        fastest_rad_s * step_s / (0.1 * gap_rad)
+    }
+
+    #[test]
+    fn noise_of_the_motion_pumps_no_load_before_which_the_model_moves_the_motor() {
+        // A flank that shakes by one of these speeds throws the load by up to two of them; led, the motor moves by LEADS x step of that.
+        let (measured, led) = (pumped_times(None), pumped_times(Some(Corrects::ByMotor)));
+        assert!(measured > 1.0, "{measured}");
+        assert!(led < 0.5, "{led}");
     }
 
     #[test]

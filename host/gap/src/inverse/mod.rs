@@ -22,7 +22,7 @@ pub use fit::{
 pub use follow::{Later, Rubbing, Running, left_over};
 pub use free::{Free, Own, Owner};
 pub use kernel::{EFFORT, Kernel};
-pub use load::is_corrected;
+pub use load::Corrects;
 pub use model::{Added, DELAYS, Model, OFFSET, Point};
 pub use record::{Record, Stretch};
 pub use twin::twins;

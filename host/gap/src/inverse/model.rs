@@ -2,6 +2,7 @@
 
 use super::follow::{MakeSensors, Rubbing, Running, arriving, left_over};
 use super::free::{Free, Own, Owner};
+use super::load::Corrects;
 use super::record::Record;
 use crate::believed::Believed;
 use crate::error::InputError;
@@ -39,8 +40,8 @@ pub struct Model {
     pub scales_effort: bool,
     /// How much of each record's effort arrives, where they do and that is known.
     pub arrives: Option<Vec<f64>>,
-    /// Damping ratio of a load's errors where what the balance lacks corrects it.
-    pub corrects: Option<f64>,
+    /// What corrects a load behind a spring.
+    pub corrects: Option<Corrects>,
 }
 
 /// Change of effort from which its gain is taken.
@@ -55,7 +56,7 @@ pub struct Point {
     effects: Vec<Added>,
     on_records: Vec<(usize, usize, usize, f64)>,
     skew_s: f64,
-    corrects: Option<f64>,
+    corrects: Option<Corrects>,
 }
 
 impl Model {
@@ -274,7 +275,7 @@ impl Point {
             given => given,
         };
         if self.corrects.is_some() {
-            // A load that is corrected would take more effort for a twist.
+            // A load that is corrected would take more effort for a twist, or another path.
             let open_loop = Self {
                 corrects: None,
                 ..self.clone()
