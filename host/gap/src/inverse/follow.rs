@@ -227,7 +227,7 @@ pub fn left_over(
     let mut interval_before: Option<(f64, f64)> = None;
     let mut before_rad_s = 0.0;
     let mut felt_nm: Option<f64> = None;
-    let mut before_nm = stretch.effort_nm[0];
+    let mut rubbed_nm = stretch.effort_nm[0];
     let still_felt = (-step_s / FELT_S).exp();
     for k in 0..intervals {
         let mut v = (smooth[k + 1] - smooth[k]) / step_s;
@@ -272,7 +272,7 @@ pub fn left_over(
             .as_ref()
             .map_or(acceleration, |v| (v[k + 1] - v[k]) / step_s);
         let driven_rad_s2 = |load: &Load| {
-            let rubs_nm = if on_motor { before_nm } else { 0.0 };
+            let rubs_nm = if on_motor { rubbed_nm } else { 0.0 };
             load.driven_rad_s2(torque - rubs_nm, [smooth[k], velocity[k]], motor_rad_s2)
         };
         let driven_rad_s2 = load.as_ref().map_or(motor_rad_s2, driven_rad_s2);
@@ -307,9 +307,9 @@ pub fn left_over(
         if let Some(stiffness) = running.stiffness_nm_rad.filter(|_| shakes_rad_s > 0.0) {
             contact.slip(shakes_rad_s * step_s, v, stiffness);
         }
-        let felt_before_nm = felt_nm.unwrap_or(opposed);
-        felt_nm = Some(opposed + still_felt * (felt_before_nm - opposed));
-        before_nm = opposed;
+        let before_nm = felt_nm.unwrap_or(opposed);
+        felt_nm = Some(opposed + still_felt * (before_nm - opposed));
+        rubbed_nm = opposed;
         let balance = torque - opposed;
         if let Some((balance_before, share_before)) = interval_before.replace((balance, share)) {
             let bend = measured[k + 1] - 2.0 * measured[k] + measured[k - 1];
