@@ -40,10 +40,9 @@ pub(super) fn nulls(search: &Search, entries: &[&'static Entry]) -> Result<Vec<N
         corrects.is_some(),
         |_, entry| background.never_zero(entry),
     )?;
-    if let Some(play) = found
-        .iter_mut()
-        .find(|one| one.entry.id == PLAY && one.model.corrects != corrects)
-        && let Some(corrects) = corrects
+    let open = |one: &&mut Tried| one.entry.id == PLAY && one.model.corrects != corrects;
+    if let Some(corrects) = corrects
+        && let Some(play) = found.iter_mut().find(open)
         && let Some((model, fit)) = corrected(&background, play, corrects, STANDS_STILL)?
     {
         (play.model, play.fit) = (model, fit);

@@ -26,7 +26,7 @@ const STEPS: [f64; 8] = [0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.1, 0.05];
 /// is what a coupling without a play leaves over by the method's own error.
 pub(super) const BRINGS: (f64, f64) = (16.0, 0.1);
 
-/// Damping ratio that a correction gives the errors of the load behind a play. Of two opened ones 0.2 left 2.2 and 1.2 times as many squares, 1.5, by which
+/// What corrects a load behind a play. Of two opened ones a damping ratio of 0.2 left 2.2 and 1.2 times as many squares, 1.5, by which
 /// it follows noise, 1.7 and 7 times as many.
 pub(super) const OF_PLAY: Corrects = Corrects::ByBalance(0.6);
 /// The same of a coupling: more follows whatever swings about as fast.

@@ -1,5 +1,6 @@
 //! A load behind a spring, perhaps with a play, taken along the motor's measured motion.
 
+use super::twin::leads_rad_s2;
 use bristle_plant::effect::{Coupling, Instant};
 
 /// Steps of a load within a sample: a step is exact but for friction, which a load that follows faster than this hardly changes.
@@ -26,8 +27,8 @@ impl Corrects {
     }
 }
 
-/// Bandwidth of what leads a motor along the measured motion, rad/s: with 125 the noise of that moves it more, and true values of five of seven opened plays
-/// left as much or more.
+/// Bandwidth of what leads a motor along the measured motion, rad/s. Of seven opened plays true values left 1.8 and 3.5 times the squares with 125 where they
+/// left most more (19921, 30002), half where they left most less (20200); with 90 19921 was `unknown`.
 const LEADS: f64 = 60.0;
 
 /// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
@@ -155,8 +156,11 @@ impl Load {
         motor_rad_s2: f64,
     ) -> f64 {
         self.motor.map_or(motor_rad_s2, |motor| {
-            let leads_rad_s2 = LEADS * LEADS * (position_rad - motor.position_rad)
-                + 2.0 * LEADS * (velocity_rad_s - motor.velocity_rad_s);
+            let leads_rad_s2 = leads_rad_s2(
+                LEADS,
+                position_rad - motor.position_rad,
+                velocity_rad_s - motor.velocity_rad_s,
+            );
             let whole_kg_m2 = motor.inertia_kg_m2 + self.inertia_kg_m2;
             (net_nm + whole_kg_m2 * leads_rad_s2) / motor.inertia_kg_m2
         })
@@ -232,10 +236,10 @@ impl Load {
         &self,
         [twist, rate]: [f64; 2],
         flank: Option<f64>,
-        motor_rad_s2: f64,
+        driven_rad_s2: f64,
         stride: &Stride,
     ) -> [f64; 2] {
-        let drives = motor_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
+        let drives = driven_rad_s2 + self.opposed_nm / self.inertia_kg_m2;
         if let Some(flank) = flank {
             let rests = flank + drives * self.swings_kg_m2 / self.coupling.stiffness_nm_rad;
             let [of_twist, of_rate] = stride.kept;

@@ -65,6 +65,12 @@ fn twin(
     })
 }
 
+/// Acceleration that leads a simulated motion, which is so far off and so much too slow, along a measured one, rad/s^2: critically damped, with this bandwidth
+/// in rad/s.
+pub(super) fn leads_rad_s2(bandwidth_rad_s: f64, off_rad: f64, off_rad_s: f64) -> f64 {
+    bandwidth_rad_s * bandwidth_rad_s * off_rad + 2.0 * bandwidth_rad_s * off_rad_s
+}
+
 fn log_of(
     axis: &Believed,
     record: &Record,
@@ -128,8 +134,11 @@ fn log_of(
     let (mut efforts, mut positions) = (Vec::new(), Vec::new());
     for k in 0..samples {
         let motion = simulated.truth().motion;
-        let lead = LEADS * LEADS * (position[k] - motion.position_rad)
-            + 2.0 * LEADS * (velocity[k] - motion.velocity_rad_s);
+        let lead = leads_rad_s2(
+            LEADS,
+            position[k] - motion.position_rad,
+            velocity[k] - motion.velocity_rad_s,
+        );
         let reference = if record.commanded {
             acts[k]
         } else {
