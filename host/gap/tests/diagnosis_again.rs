@@ -150,11 +150,20 @@ fn a_play_is_looked_for_with_its_friction_on_either_side() {
 }
 
 #[test]
+#[ignore = "takes minutes: cargo test -p bristle-gap --test diagnosis_again -- --ignored"]
 fn a_load_that_floats_in_a_play_is_followed_behind_a_motor_that_the_model_moves() {
     // Behind the measured motion true values leave 55466 weighted squares, no play 8080.
     let there = "mechanics.backlash";
     let accused = ["friction.presliding", there, "mechanics.compliance"];
     names_alone(&drawn(19921, &[there]), &accused, there);
+}
+
+#[test]
+fn a_play_is_looked_for_behind_a_motor_that_the_model_moves_at_first() {
+    // Behind the measured motion the coupling does better.
+    let there = "mechanics.backlash";
+    let accused = ["friction.presliding", there, "mechanics.compliance"];
+    names_alone(&drawn(20107, &[there]), &accused, there);
 }
 
 #[test]

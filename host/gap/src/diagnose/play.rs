@@ -76,8 +76,8 @@ pub(super) fn without_coupling(
     catalogue.retain(|entry| is_kept(entry));
 }
 
-/// Tries the play among `screened` [about the coupling](about_coupling) among `found`, and with its load corrected where the coupling leaves room for a
-/// play: not where the coupling comes as near with its own load corrected, which then is what brings the play near.
+/// Tries the play among `screened` [about the coupling](about_coupling) among `found`: open loop, with the load of that corrected by the balance, and behind a
+/// motor that the model moves. Not where the coupling comes as near with its own load followed alike, which then is what brings the play near.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -88,24 +88,40 @@ pub(super) fn try_play(
     settled: usize,
 ) -> Result<(), InputError> {
     spring_of_play(background, found)?;
-    if about_coupling(background, screened, found, settled)?
-        && let Some(play) = found.iter().position(|one| one.entry.id == PLAY)
-        && let Some((model, fit)) = corrected(background, &found[play], OF_PLAY, STANDS_STILL)?
-    {
-        let coupling = found.iter().find(|one| one.entry.id == COUPLING);
-        let without_play = match coupling {
-            Some(open) => corrected(background, open, OF_PLAY, PROMISES)?
-                .map_or(open.fit.cost, |(_, fit)| fit.cost),
-            None => f64::INFINITY,
-        };
-        if fit.cost < without_play - BRINGS.0 {
-            (found[play].model, found[play].fit) = (model, fit);
-        }
+    if !about_coupling(background, screened, found, settled, None)? {
+        return Ok(());
     }
+    let play = |found: &[Tried]| found.iter().position(|one| one.entry.id == PLAY);
+    if let Some(play) = play(found)
+        && let Some((model, fit)) = corrected(background, &found[play], OF_PLAY, STANDS_STILL)?
+        && fit.cost < without_play(background, found, OF_PLAY)? - BRINGS.0
+    {
+        (found[play].model, found[play].fit) = (model, fit);
+    }
+    about_coupling(
+        background,
+        screened,
+        found,
+        settled,
+        Some(Corrects::ByMotor),
+    )?;
     Ok(())
 }
 
-/// Tries the play among `screened` about the coupling among `found`, of which the first `settled` were fitted to the end, and puts
+/// Cost of the coupling among `found` followed so; with none there is no limit.
+fn without_play(
+    background: &Background<'_>,
+    found: &[Tried],
+    corrects: Corrects,
+) -> Result<f64, InputError> {
+    let coupling = found.iter().find(|one| one.entry.id == COUPLING);
+    coupling.map_or(Ok(f64::INFINITY), |open| {
+        let followed = corrected(background, open, corrects, PROMISES)?;
+        Ok(followed.map_or(open.fit.cost, |(_, fit)| fit.cost))
+    })
+}
+
+/// Tries the play among `screened`, its load followed so, about the coupling among `found`, of which the first `settled` were fitted to the end, and puts
 /// it there where it does better than the coupling, and than the play that was found. Says whether the coupling leaves room for a play.
 ///
 /// # Errors
@@ -115,6 +131,7 @@ fn about_coupling(
     screened: &[Screened],
     found: &mut Vec<Tried>,
     settled: usize,
+    corrects: Option<Corrects>,
 ) -> Result<bool, InputError> {
     let place = |id: &str| found.iter().position(|one| one.entry.id == id);
     let play = screened.iter().find(|(entry, _)| entry.id == PLAY);
@@ -153,12 +170,17 @@ fn about_coupling(
     if enough <= 0.0 {
         return Ok(false);
     }
+    let enough = match corrects {
+        Some(corrects) => enough.min(without_play(background, found, corrects)? - BRINGS.0),
+        None => enough,
+    };
     let own = &coupled.at[..background.model.free.len()];
     let begun = |starts: Vec<Start>| {
         let tried = starts.into_iter().map(|start| {
             let mut model = background.with(play, &start);
             // Both are read alike.
             model.scales_effort = with.scales_effort;
+            model.corrects = corrects;
             let mut at = own.to_vec();
             at.extend(model.start().into_iter().skip(at.len()));
             let left_over = model.left_over(background.records, &at)?;

@@ -10,8 +10,8 @@ use crate::inverse::{Corrects, PROMISES, cost_at, fit_alone, fit_roughly};
 use bristle_plant::effect::Entry;
 use rayon::prelude::*;
 
-/// Sizes and resonances of so many levels, parts of the inertia behind, and damping ratios.
-const SIZES: usize = 14;
+/// Sizes, up to so many times the largest usual one, and resonances of so many levels, parts of the inertia behind, and damping ratios.
+const SIZES: (usize, f64) = (17, 3.0);
 const RESONANCES: usize = 5;
 const SHARES: [f64; 3] = [0.15, 0.35, 0.6];
 const DAMPING: [f64; 2] = [0.05, 0.3];
@@ -111,7 +111,9 @@ fn dips(
         best.collect()
     };
     let found = Some(first).filter(|_| other.entry.id == PLAY);
-    let mut scan = scanned(levels(sizes, SIZES).chain(found).collect())?;
+    let (count, beyond) = SIZES;
+    let sizes = levels([sizes[0], beyond * sizes[1]], count);
+    let mut scan = scanned(sizes.chain(found).collect())?;
     if let Some(least) = scan.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) {
         let close = CLOSE.map(|times| times * least.gap);
         scan.extend(scanned(close.to_vec())?);

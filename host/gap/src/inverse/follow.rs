@@ -3,7 +3,7 @@
 //! Friction states, effects and a second inertia are driven by what the encoder saw, so that an error of one moment is
 //! not carried into the next, and an evaluation costs one pass over the record.
 
-use super::load::{Corrects, Load};
+use super::load::{Corrects, Load, Motor, leads_rad_s};
 use super::record::{Record, Stretch};
 use crate::signal::extent;
 use bristle_plant::affected::{Affected, changed};
@@ -210,7 +210,15 @@ pub fn left_over(
             held_nm,
             step_s,
             running.corrects,
-            [smooth[0], velocity[0]],
+            Motor {
+                position_rad: smooth[0],
+                velocity_rad_s: velocity[0],
+                leads_rad_s: leads_rad_s(
+                    plain.levels.coulomb_nm / inertia,
+                    record.position_noise_rad,
+                    step_s,
+                ),
+            },
         )
     });
     let edge_rad_s = load.as_ref().map(|_| at_edges(smooth, velocity, step_s));

@@ -27,9 +27,19 @@ impl Corrects {
     }
 }
 
-/// Bandwidth of what leads a motor along the measured motion, rad/s. Of seven opened plays true values left 1.8 and 3.5 times the squares with 125 where they
-/// left most more (19921, 30002), half where they left most less (20200); with 90 19921 was `unknown`.
-const LEADS: f64 = 60.0;
+/// Torque on a motor that the model does not know, in parts of Coulomb friction in a root hertz. By the bandwidth that comes of it the true values of twelve
+/// opened plays left at most 1.2 times the squares that they left by the best one of 10 to 400 rad/s, which was 40 for some and 180 for others.
+const UNKNOWN: f64 = 1.6e-4;
+/// Fastest bandwidth that helped any of them, rad/s, and the part of a sample that it may take.
+const FASTEST: (f64, f64) = (250.0, 0.4);
+
+/// Bandwidth of what leads a motor along the measured motion, rad/s: that of a steady Kalman filter of position and velocity, of which friction tells
+/// the one noise and the noise of the measured position the other.
+pub(super) fn leads_rad_s(friction_rad_s2: f64, position_noise_rad: f64, step_s: f64) -> f64 {
+    let (fastest, part) = FASTEST;
+    let trusted = UNKNOWN * friction_rad_s2 / (position_noise_rad * step_s.sqrt());
+    trusted.sqrt().min(fastest).min(part / step_s)
+}
 
 /// The second inertia behind its coupling, driven by the motor's measured motion: the twist e = q - q_l obeys
 /// e'' = a + F/J_l - (k e + d e')/J_l, without k and d inside the play; where the model moves the motor, with the motor's acceleration
@@ -51,16 +61,17 @@ pub(super) struct Load {
     /// A step of the motor, and the part of what the balance lacks by which it corrects the load.
     sample: Stride,
     corrected_part: Option<f64>,
-    /// Where the model moves the motor itself.
+    motor_kg_m2: f64,
+    /// Where the model moves it itself.
     motor: Option<Motor>,
 }
 
-/// The motor before a load, [as the model moves it](Corrects::ByMotor).
-#[derive(Clone, Copy)]
-struct Motor {
-    inertia_kg_m2: f64,
-    position_rad: f64,
-    velocity_rad_s: f64,
+/// The motor before a load, [as the model moves it](Corrects::ByMotor), led along the measured motion with this bandwidth.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Motor {
+    pub(super) position_rad: f64,
+    pub(super) velocity_rad_s: f64,
+    pub(super) leads_rad_s: f64,
 }
 
 /// A stretch of time that a load moves on by.
@@ -72,7 +83,7 @@ struct Stride {
 
 impl Load {
     /// At rest, and twisted by the torque that is held there. While its bristles stick it swings on them, too. The motor is
-    /// at this position and velocity.
+    /// this one.
     pub(super) fn new(
         coupling: Coupling,
         inertia: f64,
@@ -80,15 +91,11 @@ impl Load {
         held_nm: f64,
         step_s: f64,
         corrects: Option<Corrects>,
-        [position_rad, velocity_rad_s]: [f64; 2],
+        motor: Motor,
     ) -> Self {
         let inertia_kg_m2 = inertia * coupling.load_share;
         let corrects = corrects.filter(|corrects| corrects.applies(&coupling));
-        let motor = (corrects == Some(Corrects::ByMotor)).then_some(Motor {
-            inertia_kg_m2: inertia * (1.0 - Coupling::simulated(coupling.load_share)),
-            position_rad,
-            velocity_rad_s,
-        });
+        let motor = (corrects == Some(Corrects::ByMotor)).then_some(motor);
         let swings_kg_m2 = motor.map_or(inertia_kg_m2, |_| {
             Coupling::reduced_kg_m2(inertia, coupling.load_share)
         });
@@ -115,6 +122,7 @@ impl Load {
             coupling,
             inertia_kg_m2,
             swings_kg_m2,
+            motor_kg_m2: inertia * (1.0 - Coupling::simulated(coupling.load_share)),
             motor,
             twist_rad: held_nm / coupling.stiffness_nm_rad
                 + 0.5 * coupling.gap_rad.copysign(held_nm),
@@ -157,12 +165,12 @@ impl Load {
     ) -> f64 {
         self.motor.map_or(motor_rad_s2, |motor| {
             let leads_rad_s2 = leads_rad_s2(
-                LEADS,
+                motor.leads_rad_s,
                 position_rad - motor.position_rad,
                 velocity_rad_s - motor.velocity_rad_s,
             );
-            let whole_kg_m2 = motor.inertia_kg_m2 + self.inertia_kg_m2;
-            (net_nm + whole_kg_m2 * leads_rad_s2) / motor.inertia_kg_m2
+            let whole_kg_m2 = self.motor_kg_m2 + self.inertia_kg_m2;
+            (net_nm + whole_kg_m2 * leads_rad_s2) / self.motor_kg_m2
         })
     }
 
@@ -214,7 +222,7 @@ impl Load {
                 let on_load_rad_s2 = opposed / self.inertia_kg_m2;
                 let coupled_nm =
                     self.swings_kg_m2 * (driven_rad_s2 + on_load_rad_s2 - twists_rad_s2);
-                let accelerates_rad_s2 = driven_rad_s2 - coupled_nm / motor.inertia_kg_m2;
+                let accelerates_rad_s2 = driven_rad_s2 - coupled_nm / self.motor_kg_m2;
                 motor.position_rad +=
                     (motor.velocity_rad_s + 0.5 * dt_s * accelerates_rad_s2) * dt_s;
                 motor.velocity_rad_s += accelerates_rad_s2 * dt_s;
@@ -308,7 +316,7 @@ mod tests {
                 0.1,
                 step_s,
                 Some(Corrects::ByBalance(0.6)),
-                [0.0; 2],
+                Motor::default(),
             )
         };
         let (mut is, mut taken) = (new(), new());
@@ -347,7 +355,10 @@ mod tests {
             0.0,
             step_s,
             corrects,
-            [0.0; 2],
+            Motor {
+                leads_rad_s: 60.0,
+                ..Motor::default()
+            },
         );
         load.twist_rad = 0.5 * gap_rad;
         let now = Instant {
@@ -376,10 +387,21 @@ mod tests {
 
     #[test]
     fn noise_of_the_motion_pumps_no_load_before_which_the_model_moves_the_motor() {
-        // A flank that shakes by one of these speeds throws the load by up to two of them; led, the motor moves by LEADS x step of that.
+        // A flank that shakes by one of these speeds throws the load by up to two of them; led, the motor moves by 0.06 of that.
         let (measured, led) = (pumped_times(None), pumped_times(Some(Corrects::ByMotor)));
         assert!(measured > 1.0, "{measured}");
         assert!(led < 0.5, "{led}");
+    }
+
+    #[test]
+    fn a_motor_is_led_faster_by_a_finer_encoder_as_far_as_helps() {
+        let leads = |position_noise_rad| leads_rad_s(200.0, position_noise_rad, 1e-3);
+        // With the square root of one over the noise.
+        let (coarse, fine) = (leads(1e-2), leads(1e-4));
+        assert!((fine / coarse - 10.0).abs() < 1e-9, "{coarse} {fine}");
+        assert_eq!(leads(1e-7), 250.0);
+        assert_eq!(leads(0.0), 250.0);
+        assert_eq!(leads_rad_s(200.0, 1e-7, 4e-3), 100.0);
     }
 
     #[test]
