@@ -56,22 +56,9 @@ impl Hypothesis {
         self.score + self.log_occam
     }
 
-    /// Whether it may be accused: not where the only size of an effect is fitted as small as it can be, which is all that keeps it from not being there; nor
-    /// where the simulator's own parameters go farther from what is believed than without it, as when a limit cuts all effort and
-    /// they shrink with it.
+    /// Whether it may be accused, see [`is_credible`].
     pub(super) fn is_credible(&self, base: &Self) -> bool {
-        let is_least = |free: &Free, x: f64| {
-            let Owner::Effect(effect, parameter) = free.owner else {
-                return false;
-            };
-            let [least, _] = free.range;
-            let parameters = self.model.effects[effect].entry.parameters;
-            let is_only_size = (0..parameters.len())
-                .all(|i| (parameters[i].kind == Kind::Size) == (i == parameter));
-            is_only_size && least > 0.0 && free.value(x) <= least
-        };
-        let mut fitted = self.model.free.iter().zip(&self.fit.at);
-        self.log_belief > base.log_belief - STRAINS && !fitted.any(|(free, &x)| is_least(free, x))
+        is_credible(&self.model, &self.fit, base.log_belief)
     }
 
     /// Whether a parameter of an effect came out at the end of what is physical.
@@ -214,6 +201,24 @@ impl Judge<'_> {
         hypothesis.scored(self.noise, self.nodes);
         hypothesis
     }
+}
+
+/// Whether a model with an effect may be accused: not where the only size of the effect is fitted as small as it can be, which is all that keeps it from not being
+/// there; nor where the simulator's own parameters go farther from what is believed than without it, which belief is `of_base`, as when a limit cuts all effort
+/// and they shrink with it.
+pub(super) fn is_credible(model: &Model, fit: &Fit, of_base: f64) -> bool {
+    let is_least = |free: &Free, x: f64| {
+        let Owner::Effect(effect, parameter) = free.owner else {
+            return false;
+        };
+        let [least, _] = free.range;
+        let parameters = model.effects[effect].entry.parameters;
+        let is_only_size =
+            (0..parameters.len()).all(|i| (parameters[i].kind == Kind::Size) == (i == parameter));
+        is_only_size && least > 0.0 && free.value(x) <= least
+    };
+    let mut fitted = model.free.iter().zip(&fit.at);
+    log_belief(model, &fit.at) > of_base - STRAINS && !fitted.any(|(free, &x)| is_least(free, x))
 }
 
 /// Logarithm of how far the simulator's own parameters are believed, but for a constant.

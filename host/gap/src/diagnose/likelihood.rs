@@ -381,6 +381,10 @@ impl Noise {
     ) -> f64 {
         let mut sum = 0.0;
         for (group, square) in self.in_motion(nodes, left_over) {
+            // What ran away is nothing that a maximum would pass over.
+            if square.is_nan() {
+                return f64::NEG_INFINITY;
+            }
             if group.nodes > 0 {
                 let mean = square.max(least_nm(group).powi(2));
                 let spread = mean + group.discrepancy_nm.powi(2);
@@ -486,5 +490,8 @@ mod tests {
         let both = noise.rms_times_open(&nodes, &rest, &Regime::MOVING);
         near(both, (2700.0_f64 / 400.0).sqrt());
         near(noise.rms_times_open(&nodes, &rest, &[Regime::Low]), 1.0);
+        // What ran away is as unlikely as can be.
+        let ran_away = noise.log_density(&nodes, &[f64::NAN; 400]);
+        assert_eq!(ran_away, f64::NEG_INFINITY);
     }
 }

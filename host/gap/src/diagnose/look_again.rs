@@ -5,7 +5,9 @@ use super::accuse::ACCUSES;
 use super::beside::Pairs;
 use super::coupling::COUPLING;
 use super::fitted_noise::{noise_of, own_left_over};
-use super::hypothesis::{Hypothesis, Judge, fitted_ones, is_without_noise, log_belief};
+use super::hypothesis::{
+    Hypothesis, Judge, fitted_ones, is_credible, is_without_noise, log_belief,
+};
 use super::likelihood::Noise;
 use super::other_couplings::other_loads;
 use super::own::Own;
@@ -50,7 +52,9 @@ pub(super) fn look_again(
         first.noise.log_density(nodes, &fit.left_over) + log_belief(model, &fit.at)
     };
     let of_first = |&at: &usize| score(&first.tried[at].model, &first.tried[at].fit);
-    let mut order: Vec<usize> = (0..first.tried.len()).collect();
+    let belief = log_belief(model, &first.fitted.at);
+    let credible = |&at: &usize| is_credible(&first.tried[at].model, &first.tried[at].fit, belief);
+    let mut order: Vec<usize> = (0..first.tried.len()).filter(credible).collect();
     order.sort_by(|a, b| of_first(b).total_cmp(&of_first(a)));
     order.truncate(LOOKED_AT);
     let again = Again {
@@ -74,7 +78,7 @@ pub(super) fn look_again(
         let mut one = Tried { entry, model, fit };
         other_loads(&background, &mut one)?;
         // A coupling that does not do best open loop either follows whatever swings as fast.
-        if at == order[0] {
+        if Some(&at) == order.first() {
             one = corrected_coupling(&background, one)?;
         }
         found.push((at, one));
@@ -87,10 +91,11 @@ pub(super) fn look_again(
     };
     let play = catalogue.iter().find(|entry| entry.id == PLAY);
     let springs = tried.iter().filter(|one| springs(one.entry));
-    let other = springs.min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    let nearest = springs.min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+    let other = nearest.or(order.first().map(|&best| &tried[best]));
     if let (Some(&play), Some(other)) = (play, other) {
         let coupling = tried.get(place(COUPLING));
-        let one = usual_play(&background, play, other, coupling)?;
+        let one = usual_play(&background, play, other, coupling, &again.settling())?;
         found.extend(one.map(|one| (place(PLAY), one)));
     }
     let few = again.in_few_moments(&first.fitted, catalogue)?;
@@ -112,7 +117,11 @@ pub(super) fn look_again(
     else {
         return Ok(None);
     };
-    if score - of_first(&order[0]) < ACCUSES {
+    let before = order.first().map_or_else(
+        || first.noise.log_density(nodes, &first.fitted.left_over) + belief,
+        of_first,
+    );
+    if score - before < ACCUSES {
         return Ok(None);
     }
     let [alone, of_best] = [(model, &first.fitted.at), (&with, &fit.at)]
@@ -190,6 +199,16 @@ struct Again<'a> {
 }
 
 impl Again<'_> {
+    fn settling(&self) -> Settling<'_> {
+        Settling {
+            ground: self.ground,
+            own: self.own,
+            compared: self.noise,
+            most: LOOKS,
+            least_gain: 0.0,
+        }
+    }
+
     fn density(&self, fit: &Fit) -> f64 {
         let nodes = self.ground.nodes;
         self.noise.log_density(nodes, &fit.left_over)
@@ -231,13 +250,7 @@ impl Again<'_> {
             fit: fit.clone(),
             weights: self.weights.to_vec(),
         };
-        let settling = Settling {
-            ground: self.ground,
-            own: self.own,
-            compared: self.noise,
-            most: LOOKS,
-            least_gain: 0.0,
-        };
+        let settling = self.settling();
         for _ in 0..LOOKS {
             let before = self.density(&best.fit);
             let weights = settling.noise(&best).weights(self.ground.nodes);

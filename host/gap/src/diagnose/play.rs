@@ -216,7 +216,8 @@ fn about_coupling(
     };
     let fit = fitted(&model, fit.at)?;
     if fit.cost < found_before.min(enough) {
-        let near = descended(background, &model, fit.at.clone())?;
+        let squares = |left_over: &[f64]| background.weighted(left_over).norm_squared();
+        let near = descended(background, &model, fit.at.clone(), squares)?;
         let again = fitted(&model, near)?;
         let fit = if again.cost < fit.cost - BRINGS.0 {
             again
@@ -284,7 +285,8 @@ pub(super) fn may_be_corrected(
     })
 }
 
-/// From `at` downhill by one parameter of the play after the other: its flanks meet at moments that a slope does not know of.
+/// From `at` downhill by one parameter of the play after the other, by this loss of what is left over: its flanks meet at moments that a slope does not
+/// know of.
 ///
 /// # Errors
 /// The friction model refuses the parameters.
@@ -292,12 +294,13 @@ pub(super) fn descended(
     background: &Background<'_>,
     model: &Model,
     mut at: Vec<f64>,
+    loss: impl Fn(&[f64]) -> f64 + Sync,
 ) -> Result<Vec<f64>, InputError> {
-    let cost = |at: &Vec<f64>| {
+    let loss = |at: &Vec<f64>| {
         let left_over = model.left_over(background.records, at)?;
-        Ok::<f64, InputError>(background.weighted(&left_over).norm_squared())
+        Ok::<f64, InputError>(loss(&left_over))
     };
-    let mut least = cost(&at)?;
+    let mut least = loss(&at)?;
     for step in STEPS {
         for i in background.model.free.len()..at.len() {
             let free = &model.free[i];
@@ -305,11 +308,11 @@ pub(super) fn descended(
             let tried = [-step, step].into_par_iter().map(|step| {
                 let mut at = at.clone();
                 at[i] = (at[i] + step).clamp(low, high);
-                Ok((cost(&at)?, at))
+                Ok((loss(&at)?, at))
             });
-            for (cost, there) in tried.collect::<Result<Vec<_>, InputError>>()? {
-                if cost < least {
-                    (least, at) = (cost, there);
+            for (loss, there) in tried.collect::<Result<Vec<_>, InputError>>()? {
+                if loss < least {
+                    (least, at) = (loss, there);
                 }
             }
         }

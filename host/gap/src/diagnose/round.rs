@@ -280,8 +280,18 @@ pub(super) struct Settling<'a> {
 impl Settling<'_> {
     /// The noise that a fit leaves itself.
     pub(super) fn noise(&self, one: &Weighed) -> Noise {
+        self.noise_that_leaves(&one.model, &one.fit.left_over)
+    }
+
+    /// Weights by the noise that a model leaves this of.
+    pub(super) fn weights(&self, model: &Model, left_over: &[f64]) -> Vec<f64> {
+        let noise = self.noise_that_leaves(model, left_over);
+        noise.weights(self.ground.nodes)
+    }
+
+    fn noise_that_leaves(&self, model: &Model, left_over: &[f64]) -> Noise {
         let &Ground { records, nodes, .. } = self.ground;
-        noise_of(&one.model, records, nodes, &one.fit.left_over, self.own)
+        noise_of(model, records, nodes, left_over, self.own)
     }
 
     /// Fitted with `weights`, then with its own, until it gains no more.
