@@ -39,6 +39,7 @@ fn an_inertia_that_asks_for_a_second_effect_stands_for_one_of_no_list() {
 }
 
 #[test]
+#[ignore = "takes a minute: cargo test -p bristle-gap --test diagnosis_rivals -- --ignored"]
 fn a_tone_that_goes_on_evenly_is_no_noise_of_the_recorder() {
     is_unknown_where_left_out(19259, "disturbance.periodic");
 }
