@@ -98,6 +98,7 @@ pub(super) fn try_play(
     {
         (found[play].model, found[play].fit) = (model, fit);
     }
+    // Not where what was found leaves so much less than the coupling already.
     about_coupling(
         background,
         screened,

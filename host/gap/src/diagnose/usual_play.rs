@@ -65,37 +65,12 @@ pub(super) fn usual_play(
         let fit = fit_roughly(&model, records, &weights, at)?;
         refitted(background, Tried { entry, model, fit }, judge)
     });
-    let mut fitted = fitted.collect::<Result<Vec<Tried>, InputError>>()?;
+    let fitted = fitted.collect::<Result<Vec<Tried>, InputError>>()?;
     let score = |model: &Model, fit: &Fit| density(&fit.left_over) + log_belief(model, &fit.at);
     let of = |play: &Tried| score(&play.model, &play.fit);
-    fitted.retain(|play| !play.model.ends_at_limit(&play.fit.at));
-    fitted.sort_by(|a, b| of(b).total_cmp(&of(a)));
-    fitted.truncate(SETTLED);
-    let led = fitted
-        .iter()
-        .filter(|play| play.model.corrects.is_none())
-        .map(|play| {
-            let mut model = play.model.clone();
-            model.corrects = Some(Corrects::ByMotor);
-            let fit = fit_at(&model, records, background.weights, play.fit.at.clone())?;
-            Ok(Tried { entry, model, fit })
-        });
-    let led = led.collect::<Result<Vec<Tried>, InputError>>()?;
-    fitted.extend(led);
-    let settled = fitted.into_par_iter().map(|mut play| {
-        for _ in 0..MOST_ROUNDS {
-            let before = of(&play);
-            play = refitted(background, play, judge)?;
-            if of(&play) - before < WORTH_A_ROUND {
-                break;
-            }
-        }
-        Ok((of(&play), play))
-    });
-    let best = settled
-        .collect::<Result<Vec<(f64, Tried)>, InputError>>()?
+    let best = settled(background, fitted, judge, of)?
         .into_iter()
-        .filter(|(_, play)| !play.model.ends_at_limit(&play.fit.at))
+        .map(|play| (of(&play), play))
         .max_by(|a, b| a.0.total_cmp(&b.0));
     let Some((of_play, play)) = best else {
         return Ok(None);
@@ -111,6 +86,46 @@ pub(super) fn usual_play(
         .chain(followed)
         .fold(f64::NEG_INFINITY, f64::max);
     Ok((of_play > without_play + ACCUSES).then_some(play))
+}
+
+/// The best of these plays by a score, those among them that were followed open loop behind a led motor, too, fitted until that gains nothing; without those
+/// that end at what is physical.
+///
+/// # Errors
+/// The friction model refuses the parameters.
+fn settled(
+    background: &Background<'_>,
+    mut plays: Vec<Tried>,
+    judge: &Settling<'_>,
+    score: impl Fn(&Tried) -> f64 + Sync,
+) -> Result<Vec<Tried>, InputError> {
+    let is_inside = |play: &Tried| !play.model.ends_at_limit(&play.fit.at);
+    plays.retain(is_inside);
+    plays.sort_by(|a, b| score(b).total_cmp(&score(a)));
+    plays.truncate(SETTLED);
+    let open = plays.iter().filter(|play| play.model.corrects.is_none());
+    let led = open.map(|play| {
+        let (entry, mut model) = (play.entry, play.model.clone());
+        model.corrects = Some(Corrects::ByMotor);
+        let (records, weights) = (background.records, background.weights);
+        let fit = fit_at(&model, records, weights, play.fit.at.clone())?;
+        Ok(Tried { entry, model, fit })
+    });
+    let led = led.collect::<Result<Vec<Tried>, InputError>>()?;
+    plays.extend(led);
+    let settled = plays.into_par_iter().map(|mut play| {
+        for _ in 0..MOST_ROUNDS {
+            let before = score(&play);
+            play = refitted(background, play, judge)?;
+            if score(&play) - before < WORTH_A_ROUND {
+                break;
+            }
+        }
+        Ok(play)
+    });
+    let mut settled = settled.collect::<Result<Vec<Tried>, InputError>>()?;
+    settled.retain(is_inside);
+    Ok(settled)
 }
 
 /// A play fitted once more, by the weights that it comes to itself, from the highest density near by.
